@@ -1,0 +1,135 @@
+/* TILT close to P. The value there depends on the direction from P, and its limit has a closed
+ * form for each sheet of the part that meets P (ray.h); rays start outside a small clearance. */
+#include "core/search.h"
+
+/* A sheet passes through P when it comes this close, in clearances. */
+#define SHEET_GAP 0.1
+/* Cells this small, in clearances, are near enough to P to find their sheet's nearest point. */
+#define SHEET_REACH 30.0
+/* Rings about P to start from: 2, 6, 18 ... 486 clearances. */
+#define RINGS 6
+#define RING_DIRECTIONS 16
+
+static void offer_limit(btg_search *search, double value) {
+    btg_search_offer(search, value, search->p_place, search->query.p, 0, true);
+}
+
+/* The limit of an item at its own place nearest to P. */
+static void offer_sheet(btg_search *search, btg_place place) {
+    const double edge = 1e-9;
+    btg_surface_point s;
+    btg_part_point(search->part, place, &s);
+    bool edge_u = place.u < edge || place.u > 1 - edge;
+    bool edge_v = place.v < edge || place.v > 1 - edge;
+    bool triangle = place.item >= search->part->patch_count;
+    if (triangle) {
+        edge_u = place.u < edge;
+        edge_v = place.v < edge;
+    }
+    double value;
+    if (btg_ray_osculating(&search->query, &s, edge_u, edge_v, &value)) offer_limit(search, value);
+    if (triangle && place.u + place.v > 1 - edge) {
+        btg_surface_point side = {.s = s.s, .su = vec_sub(s.su, s.sv)};
+        if (btg_ray_osculating(&search->query, &side, false, true, &value))
+            offer_limit(search, value);
+    }
+}
+
+/* The place with the largest value on a ring about P, on P's own sheet. */
+static bool best_on_ring(const btg_search *search, const btg_surface_point *p, double length,
+                         btg_place *best_place) {
+    double uu = vec_norm2(p->su), vv = vec_norm2(p->sv), uv = vec_dot(p->su, p->sv);
+    double det = uu * vv - uv * uv, best = -INFINITY;
+    if (!(det > 1e-12 * uu * vv)) return false;
+    btg_place o = search->p_place;
+    for (int k = 0; k < RING_DIRECTIONS; k++) {
+        double angle = 2 * BTG_PI * k / RING_DIRECTIONS;
+        /* an orthogonal step: along su, and across it */
+        double c = cos(angle) * length / sqrt(uu), d = sin(angle) * length * sqrt(uu / det);
+        btg_place at = {o.item, o.u + c - d * uv / uu, o.v + d};
+        btg_ray_hit hit;
+        if (!(at.u >= 0 && at.u <= 1 && at.v >= 0 && at.v <= 1)) continue;
+        btg_vec3 s = btg_patch_point(&search->part->patches[o.item], at.u, at.v);
+        if (!btg_ray_cast(&search->query, s, &hit) || hit.value <= best) continue;
+        best = hit.value;
+        *best_place = at;
+    }
+    return best > -INFINITY;
+}
+
+/* Where the tilt is nearly osculating the value rises from P in a valley, by less than the
+ * search's clearance shows: starts on rings around P find its top. */
+static void rings(btg_search *search) {
+    btg_surface_point p;
+    btg_part_point(search->part, search->p_place, &p);
+    double length = 2 * sqrt(search->query.p_clearance2);
+    for (int i = 0; i < RINGS; i++, length *= 3) {
+        btg_place start;
+        if (best_on_ring(search, &p, length, &start)) btg_search_polish(search, start);
+    }
+}
+
+void btg_search_near_p(btg_search *search) {
+    double value;
+    if (btg_ray_tool_limit(&search->query, &value)) offer_limit(search, value);
+    offer_sheet(search, search->p_place);
+    search->sheet[0] = search->p_place.item;
+    search->sheet_count = 1;
+    if (search->p_place.item < search->part->patch_count) rings(search);
+}
+
+static btg_place hold(const btg_search *search, btg_place at) {
+    at.u = fmin(fmax(at.u, 0), 1);
+    at.v = fmin(fmax(at.v, 0), 1);
+    if (at.item >= search->part->patch_count && at.u + at.v > 1) {
+        double over = 0.5 * (at.u + at.v - 1);
+        at.u = fmin(fmax(at.u - over, 0), 1);
+        at.v = 1 - at.u;
+    }
+    return at;
+}
+
+/* Nearest place to P on the item, from one close by: Gauss and Newton, side by side. */
+static double nearest_to_p(const btg_search *search, btg_place *at) {
+    btg_surface_point s;
+    for (int i = 0; i < 20; i++) {
+        btg_part_point(search->part, *at, &s);
+        btg_vec3 d = vec_sub(search->query.p, s.s);
+        double uu = vec_norm2(s.su), vv = vec_norm2(s.sv), uv = vec_dot(s.su, s.sv);
+        double gu = vec_dot(d, s.su), gv = vec_dot(d, s.sv), det = uu * vv - uv * uv;
+        btg_place next = *at;
+        if (det > 1e-12 * uu * vv) {
+            next.u += (vv * gu - uv * gv) / det;
+            next.v += (uu * gv - uv * gu) / det;
+        } else {
+            if (uu > 0) next.u += 0.5 * gu / uu;
+            if (vv > 0) next.v += 0.5 * gv / vv;
+        }
+        next = hold(search, next);
+        /* once held by a side, the rest of the way is along it */
+        if ((next.u == 0 || next.u == 1) && vv > 0)
+            next.v = at->v + (gv - uv * (next.u - at->u)) / vv;
+        else if ((next.v == 0 || next.v == 1) && uu > 0)
+            next.u = at->u + (gu - uv * (next.v - at->v)) / uu;
+        next = hold(search, next);
+        bool still = fabs(next.u - at->u) + fabs(next.v - at->v) < 1e-15;
+        *at = next;
+        if (still) break;
+    }
+    btg_part_point(search->part, *at, &s);
+    return vec_norm(vec_sub(search->query.p, s.s));
+}
+
+void btg_search_sheet_at_p(btg_search *search, const btg_region *region) {
+    double clearance = sqrt(search->query.p_clearance2);
+    if (region->radius > SHEET_REACH * clearance) return;
+    btg_vec3 away = vec_sub(region->cell.centre, search->query.p);
+    if (vec_norm(away) > region->radius + SHEET_GAP * clearance) return;
+    for (uint32_t i = 0; i < search->sheet_count; i++)
+        if (search->sheet[i] == region->cell.item) return;
+    btg_place at = btg_cell_place(search->part, &region->cell);
+    if (nearest_to_p(search, &at) > SHEET_GAP * clearance) return;
+    if (search->sheet_count < BTG_SHEETS_MAX)
+        search->sheet[search->sheet_count++] = region->cell.item;
+    offer_sheet(search, at);
+}

@@ -1,0 +1,275 @@
+/* The part: its surfaces as Bezier patches, its triangles, and the trees over both. */
+#include "core/part.h"
+#include "core/cell.h"
+#include "core/mesh.h"
+#include "core/surface.h"
+#include "core/tree.h"
+
+#include <string.h>
+
+/* Patches of one part: their number times the largest net must stay countable in 32 bits. */
+#define PATCHES_MAX 10000000u
+
+btg_part_def btg_part_def_default(void) {
+    return (btg_part_def){.version = 1};
+}
+
+/* ---- counting and checking ---------------------------------------------------------------- */
+
+typedef struct part_size {
+    size_t patches, coefficients, vertices, triangles;
+    double scale;
+} part_size;
+
+static double largest(const double *x, size_t count, double most) {
+    for (size_t i = 0; i < count; i++)
+        if (fabs(x[i]) > most) most = fabs(x[i]);
+    return most;
+}
+
+static btg_status check_surfaces(const btg_part_def *def, part_size *size, btg_message *message) {
+    for (size_t i = 0; i < def->surface_count; i++) {
+        const btg_surface_def *s = &def->surfaces[i];
+        btg_status status = btg_surface_check(s, i, message);
+        if (status) return status;
+        size_t patches = btg_surface_patch_count(s);
+        size_t net = (size_t)(s->degree_u + 1) * (size_t)(s->degree_v + 1) * (s->weights ? 4 : 3);
+        size->patches += patches;
+        size->coefficients += patches * net;
+        if (size->patches > PATCHES_MAX)
+            return btg_fail(message, BTG_ERROR_ARGUMENT,
+                            "surface %zu: more than %u Bezier patches in one part; split the part",
+                            i, PATCHES_MAX);
+        size->scale = largest(s->control_points, 3 * (size_t)s->count_u * (size_t)s->count_v,
+                              size->scale);
+    }
+    return BTG_OK;
+}
+
+static btg_status check_meshes(const btg_part_def *def, part_size *size, btg_message *message) {
+    for (size_t i = 0; i < def->mesh_count; i++) {
+        const btg_mesh_def *m = &def->meshes[i];
+        btg_status status = btg_mesh_check(m, i, message);
+        if (status) return status;
+        size->vertices += m->vertex_count;
+        size->triangles += m->triangle_count;
+        if (size->vertices > UINT32_MAX || size->triangles > BTG_TRIANGLES_MAX)
+            return btg_fail(message, BTG_ERROR_ARGUMENT,
+                            "mesh %zu: more than %u triangles in one part; split the part", i,
+                            BTG_TRIANGLES_MAX);
+        size->scale = largest(m->positions, 3 * m->vertex_count, size->scale);
+    }
+    return BTG_OK;
+}
+
+static btg_status check_part(const btg_part_def *def, part_size *size, btg_message *message) {
+    if (def->version != 1)
+        return btg_fail(message, BTG_ERROR_ARGUMENT,
+                        "part: version %u is unknown; start from btg_part_def_default", def->version);
+    if (!def->allocator.allocate != !def->allocator.release)
+        return btg_fail(message, BTG_ERROR_ARGUMENT,
+                        "part: allocator has one hook of two; give both or none");
+    if ((def->surface_count && !def->surfaces) || (def->mesh_count && !def->meshes))
+        return btg_fail(message, BTG_ERROR_ARGUMENT, "part: an array is NULL, its count is not 0");
+    btg_status status = check_surfaces(def, size, message);
+    if (!status) status = check_meshes(def, size, message);
+    if (status) return status;
+    if (size->patches + size->triangles == 0)
+        return btg_fail(message, BTG_ERROR_ARGUMENT,
+                        "part: no surface and no triangle; give at least one");
+    return BTG_OK;
+}
+
+/* ---- filling ------------------------------------------------------------------------------ */
+
+typedef struct patch_fill {
+    btg_part *part;
+    btg_tile_list list;
+    size_t coefficient_at;
+    uint32_t surface;
+    bool rational;
+} patch_fill;
+
+static btg_status add_patch(const btg_net *net, const double domain_u[2], const double domain_v[2],
+                            void *user) {
+    patch_fill *fill = user;
+    btg_part *part = fill->part;
+    uint32_t index = part->patch_count;
+    btg_patch *patch = &part->patches[index];
+    double *out = part->coefficients + fill->coefficient_at;
+    int count = (net->degree_u + 1) * (net->degree_v + 1), stride = fill->rational ? 4 : 3;
+    for (int i = 0; i < count; i++)
+        memcpy(out + i * stride, net->point + 4 * i, (size_t)stride * sizeof *out);
+    fill->coefficient_at += (size_t)(count * stride);
+    *patch = (btg_patch){.coefficients = out, .rational = fill->rational, .surface = fill->surface};
+    patch->degree_u = (uint8_t)net->degree_u;
+    patch->degree_v = (uint8_t)net->degree_v;
+    memcpy(patch->domain_u, domain_u, sizeof patch->domain_u);
+    memcpy(patch->domain_v, domain_v, sizeof patch->domain_v);
+    part->patch_count++;
+    return btg_tree_add_patch(&part->allocator, net, part->scale, &fill->list,
+                              &part->patch_root[index], &part->tile_depth);
+}
+
+static btg_status fill_patches(btg_part *part, const btg_part_def *def) {
+    patch_fill fill = {.part = part};
+    btg_status status = BTG_OK;
+    for (size_t i = 0; i < def->surface_count && !status; i++) {
+        fill.surface = (uint32_t)i;
+        fill.rational = def->surfaces[i].weights != NULL;
+        status = btg_surface_cut(&def->surfaces[i], add_patch, &fill);
+    }
+    part->tiles = fill.list.tiles;
+    part->tile_count = fill.list.count;
+    part->info.memory_bytes += fill.list.capacity * sizeof *part->tiles;
+    return status;
+}
+
+static void fill_meshes(btg_part *part, const btg_part_def *def) {
+    size_t vertex_at = 0, triangle_at = 0;
+    for (size_t i = 0; i < def->mesh_count; i++) {
+        btg_mesh_append(part, &def->meshes[i], vertex_at, triangle_at);
+        vertex_at += def->meshes[i].vertex_count;
+        triangle_at += def->meshes[i].triangle_count;
+    }
+    part->triangle_count = (uint32_t)triangle_at;
+}
+
+static btg_status allocate_arrays(btg_part *part, const part_size *size) {
+    const btg_allocator *a = &part->allocator;
+    part->patches = btg_allocate(a, size->patches, sizeof *part->patches);
+    part->patch_root = btg_allocate(a, size->patches, sizeof *part->patch_root);
+    part->coefficients = btg_allocate(a, size->coefficients, sizeof *part->coefficients);
+    part->vertices = btg_allocate(a, size->vertices, sizeof *part->vertices);
+    part->triangles = btg_allocate(a, size->triangles, sizeof *part->triangles);
+    part->info.memory_bytes =
+        sizeof *part + size->patches * (sizeof *part->patches + sizeof *part->patch_root) +
+        size->coefficients * sizeof *part->coefficients + size->vertices * sizeof *part->vertices +
+        size->triangles * sizeof *part->triangles;
+    bool patches = part->patches && part->patch_root && part->coefficients;
+    bool triangles = part->vertices && part->triangles;
+    return (patches || !size->patches) && (triangles || !size->triangles) ? BTG_OK
+                                                                          : BTG_ERROR_MEMORY;
+}
+
+/* ---- extent ------------------------------------------------------------------------------- */
+
+/* The largest direction . s over one item, or `best` when that is more. */
+static double item_extent(const btg_part *part, uint32_t item, btg_vec3 direction, double best) {
+    enum { DEPTH = 160 };
+    btg_cell stack[DEPTH];
+    int top = 1;
+    btg_cell_root(part, item, &stack[0]);
+    double tolerance = 1e-6 * part->scale;
+    while (top > 0) {
+        btg_cell cell = stack[--top];
+        btg_surface_point s;
+        if (btg_cell_is_triangle(part, &cell)) {
+            for (int i = 0; i < 3; i++) {
+                btg_part_point(part, (btg_place){item, i == 1, i == 2}, &s);
+                best = fmax(best, vec_dot(s.s, direction));
+            }
+            continue;
+        }
+        best = fmax(best, vec_dot(cell.centre, direction));
+        double reach = btg_cell_reach(part, &cell, direction);
+        if (vec_dot(cell.centre, direction) + reach <= best + tolerance || top + 2 > DEPTH)
+            continue;
+        btg_cell child[BTG_CELL_CHILDREN_MAX];
+        btg_cell_split(part, &cell, child);
+        bool first = vec_dot(child[0].centre, direction) > vec_dot(child[1].centre, direction);
+        stack[top++] = child[first]; /* the higher one on top */
+        stack[top++] = child[!first];
+    }
+    return best;
+}
+
+static double extent(const btg_part *part, btg_vec3 direction) {
+    double best = -INFINITY;
+    btg_surface_point s;
+    for (uint32_t i = 0; i < part->patch_count; i++)
+        for (int corner = 0; corner < 4; corner++) {
+            btg_part_point(part, (btg_place){i, corner & 1, corner >> 1}, &s);
+            best = fmax(best, vec_dot(s.s, direction));
+        }
+    for (uint32_t i = 0; i < part->patch_count + part->triangle_count; i++)
+        best = item_extent(part, i, direction, best);
+    return best;
+}
+
+static void fill_info(btg_part *part, const btg_part_def *def) {
+    btg_part_info *info = &part->info;
+    info->surface_count = def->surface_count;
+    info->patch_count = part->patch_count;
+    info->triangle_count = part->triangle_count;
+    size_t items = (size_t)part->patch_count + part->triangle_count;
+    info->memory_bytes += items * (sizeof *part->items + 2 * sizeof *part->nodes);
+    info->box_max = vec(extent(part, vec(1, 0, 0)), extent(part, vec(0, 1, 0)),
+                        extent(part, vec(0, 0, 1)));
+    info->box_min = vec(-extent(part, vec(-1, 0, 0)), -extent(part, vec(0, -1, 0)),
+                        -extent(part, vec(0, 0, -1)));
+}
+
+/* ---- public ------------------------------------------------------------------------------- */
+
+btg_status btg_part_create(const btg_part_def *def, btg_part **out, btg_message *message) {
+    if (!def || !out) return btg_fail(message, BTG_ERROR_ARGUMENT, "part: def or part is NULL");
+    part_size size = {.scale = 1};
+    btg_status status = check_part(def, &size, message);
+    if (status) return status;
+    btg_part *part = btg_allocate(&def->allocator, 1, sizeof *part);
+    if (part) {
+        memset(part, 0, sizeof *part);
+        part->allocator = def->allocator;
+        part->scale = size.scale;
+        status = allocate_arrays(part, &size);
+        if (!status) status = fill_patches(part, def);
+        if (!status) {
+            fill_meshes(part, def);
+            status = btg_tree_build_boxes(part);
+        }
+    }
+    if (!part || status) {
+        btg_part_destroy(part);
+        return btg_fail(message, BTG_ERROR_MEMORY,
+                        "part: no memory for %zu patches and %zu triangles; split the part",
+                        size.patches, size.triangles);
+    }
+    fill_info(part, def);
+    *out = part;
+    return BTG_OK;
+}
+
+void btg_part_destroy(btg_part *part) {
+    if (!part) return;
+    btg_allocator a = part->allocator;
+    void *memory[] = {part->patches,   part->patch_root, part->coefficients, part->tiles,
+                      part->vertices,  part->triangles,  part->nodes,        part->items};
+    for (size_t i = 0; i < sizeof memory / sizeof *memory; i++) btg_release(&a, memory[i]);
+    btg_release(&a, part);
+}
+
+void btg_part_get_info(const btg_part *part, btg_part_info *info) {
+    *info = part->info;
+}
+
+void btg_part_point(const btg_part *part, btg_place place, btg_surface_point *point) {
+    if (place.item < part->patch_count) {
+        btg_patch_evaluate(&part->patches[place.item], place.u, place.v, point);
+        return;
+    }
+    btg_vec3 c[3];
+    btg_triangle_corners(part, place.item - part->patch_count, c);
+    *point = (btg_surface_point){.su = vec_sub(c[1], c[0]), .sv = vec_sub(c[2], c[0])};
+    point->s = vec_mad(vec_mad(c[0], point->su, place.u), point->sv, place.v);
+}
+
+btg_status btg_part_evaluate(const btg_part *part, btg_place place, btg_surface_point *point) {
+    if (!part || !point) return BTG_ERROR_ARGUMENT;
+    size_t items = (size_t)part->patch_count + part->triangle_count;
+    bool inside = place.u >= 0 && place.v >= 0 && place.u <= 1 && place.v <= 1;
+    if (place.item >= part->patch_count && !(place.u + place.v <= 1 + 1e-12)) inside = false;
+    if (place.item >= items || !inside) return BTG_ERROR_ARGUMENT;
+    btg_part_point(part, place, point);
+    return BTG_OK;
+}

@@ -1,0 +1,174 @@
+/* Whole positions out of DROP and TILT: the frames between them, and what comes out.
+ *
+ * Spin keeps the first contact: the frame turns about nP, so that the tool's centre stands in
+ * another direction from P (S. K. Sharma et al., "Numerical implementation of drop spin and tilt
+ * method for five-axis tool positioning for tensor product surfaces"; the tilt is closed form
+ * here). A spun tool may cut where it was dropped, so it is laid over first, to LAID_OVER, and
+ * tilts down from there. */
+#include "core/vec.h"
+
+#define LAID_OVER (BTG_PI / 2)
+/* A first contact this near the axis or inside the flat's rim (part of a radius) is on it. */
+#define ON_RIM 1e-9
+
+btg_drop_query btg_position_drop_query(double foot_x_mm, double foot_y_mm) {
+    return (btg_drop_query){vec(foot_x_mm, foot_y_mm, 0), vec(0, 0, 1)};
+}
+
+static btg_vec3 drop_centre(const btg_drop_query *query, const btg_drop_result *drop) {
+    return vec_mad(query->origin, query->axis, drop->height_mm);
+}
+
+static double inclination(btg_vec3 v, btg_vec3 w, btg_vec3 n) {
+    return atan2(vec_dot(n, v), vec_dot(n, w));
+}
+
+/* The frame at the pseudo-insert of a drop; false when there is no tilt about it. */
+static bool insert_frame(const btg_tool *tool, const btg_drop_query *query,
+                         const btg_drop_result *drop, btg_tilt_query *frame) {
+    const btg_tool_element *e = &tool->element[0];
+    if (drop->status < 0 || drop->status == BTG_NO_CONTACT || drop->element != 0) return false;
+    double ro = e->ring_radius_mm, ri = e->corner_radius_mm;
+    btg_vec3 centre = drop_centre(query, drop);
+    btg_vec3 arm = vec_sub(drop->contact.point, centre);
+    btg_vec3 radial = vec_mad(arm, query->axis, -vec_dot(arm, query->axis));
+    double r = vec_norm(radial);
+    if (ro <= 0 || r <= ON_RIM * (ro + ri)) return false;
+    if (!e->hollow && r < ro * (1 - ON_RIM)) return false;
+    radial = vec_scale(radial, 1 / r);
+    frame->w = query->axis;
+    frame->v = vec_scale(radial, -1);
+    frame->u = vec_cross(frame->v, frame->w);
+    frame->o1 = vec_mad(centre, radial, ro);
+    frame->p = drop->contact;
+    if (ri > 0) {
+        frame->p.normal = vec_unit(vec_sub(frame->o1, frame->p.point));
+    } else { /* the normal's part along the rim is rounding */
+        btg_vec3 n = frame->p.normal;
+        frame->o1 = frame->p.point;
+        frame->p.normal = vec_unit(vec_mad(n, frame->u, -vec_dot(n, frame->u)));
+    }
+    return true;
+}
+
+/* Turns the frame by alpha about nP and lays the tool over. */
+static void spin_frame(double alpha, double ring, btg_tilt_query *frame) {
+    btg_vec3 n = frame->p.normal;
+    double dropped = inclination(frame->v, frame->w, n);
+    btg_vec3 e0 = vec_cross(n, frame->u);
+    btg_vec3 e = vec_add(vec_scale(e0, cos(alpha)), vec_scale(vec_cross(n, e0), sin(alpha)));
+    e = vec_unit(vec_mad(e, n, -vec_dot(e, n)));
+    frame->u = vec_cross(e, n);
+    frame->v = vec_add(vec_scale(e, cos(LAID_OVER)), vec_scale(n, sin(LAID_OVER)));
+    frame->w = vec_sub(vec_scale(n, cos(LAID_OVER)), vec_scale(e, sin(LAID_OVER)));
+    frame->max_tilt_rad += LAID_OVER - dropped;
+    if (frame->max_tilt_rad > BTG_PI) frame->max_tilt_rad = BTG_PI;
+    if (frame->max_tilt_rad < 0) frame->max_tilt_rad = 0;
+    (void)ring;
+}
+
+btg_status btg_position_tilt_query(const btg_tool *tool, const btg_solver_def *solver,
+                                   const btg_drop_query *query, const btg_drop_result *drop,
+                                   btg_tilt_query *tilt) {
+    if (!tool || !solver || !query || !drop || !tilt) return BTG_ERROR_ARGUMENT;
+    btg_tilt_query frame = {.max_tilt_rad = solver->max_tilt_rad};
+    if (!insert_frame(tool, query, drop, &frame)) return BTG_SINGLE_CONTACT;
+    if (solver->spin == BTG_SPIN_FIXED)
+        spin_frame(solver->spin_rad, tool->element[0].ring_radius_mm, &frame);
+    *tilt = frame;
+    return BTG_OK;
+}
+
+static void set_nothing(btg_position *p) {
+    btg_contact none = {.point = vec_nan(), .normal = vec_nan()};
+    p->status = BTG_NO_CONTACT;
+    p->tip = p->axis = vec_nan();
+    p->p = p->q = none;
+    p->drop_z_mm = p->tilt_rad = p->inclination_rad = NAN;
+}
+
+static void set_pose(btg_position *p, const btg_tool *tool, btg_vec3 centre, btg_vec3 axis) {
+    p->axis = axis;
+    p->tip = vec_mad(centre, axis, -tool->element[0].corner_radius_mm);
+}
+
+/* As dropped: one contact. */
+static void set_dropped(btg_position *p, const btg_tool *tool, const btg_drop_query *query,
+                        const btg_drop_result *drop) {
+    btg_vec3 centre = drop_centre(query, drop), n = drop->contact.normal;
+    set_pose(p, tool, centre, query->axis);
+    p->status = BTG_SINGLE_CONTACT;
+    p->p = drop->contact;
+    p->q = (btg_contact){.point = vec_nan(), .normal = vec_nan()};
+    p->drop_z_mm = centre.z;
+    p->tilt_rad = 0;
+    btg_vec3 arm = vec_sub(p->p.point, centre);
+    btg_vec3 v = vec_unit(vec_mad(arm, query->axis, -vec_dot(arm, query->axis)));
+    p->inclination_rad = inclination(vec_scale(v, -1), query->axis, n);
+}
+
+/* The frame of a TILT query turned down by beta. */
+static void set_tilted(btg_position *p, const btg_tool *tool, const btg_tilt_query *frame,
+                       double beta, double dropped) {
+    double c = cos(beta), s = sin(beta);
+    btg_vec3 v = vec_unit(vec_sub(vec_scale(frame->v, c), vec_scale(frame->w, s)));
+    btg_vec3 w = vec_unit(vec_add(vec_scale(frame->w, c), vec_scale(frame->v, s)));
+    btg_vec3 centre = vec_mad(frame->o1, v, tool->element[0].ring_radius_mm);
+    set_pose(p, tool, centre, w);
+    p->p = frame->p;
+    p->inclination_rad = inclination(v, w, frame->p.normal);
+    double tilt = dropped - p->inclination_rad;
+    p->tilt_rad = tilt > 0 ? tilt : 0;
+}
+
+btg_status btg_position_assemble(const btg_tool *tool, const btg_solver_def *solver,
+                                 double foot_x_mm, double foot_y_mm, const btg_drop_query *query,
+                                 const btg_drop_result *drop, const btg_tilt_query *frame,
+                                 const btg_tilt_result *tilt, btg_position *position) {
+    if (!tool || !solver || !query || !drop || !position || (tilt && !frame))
+        return BTG_ERROR_ARGUMENT;
+    if (drop->status < 0) return drop->status;
+    btg_position p = {.foot_x_mm = foot_x_mm, .foot_y_mm = foot_y_mm};
+    if (drop->status == BTG_NO_CONTACT) {
+        set_nothing(&p);
+        *position = p;
+        return p.status;
+    }
+    set_dropped(&p, tool, query, drop);
+    bool spun = solver->spin == BTG_SPIN_FIXED;
+    if (tilt && tilt->status < 0 && tilt->status != BTG_ERROR_GOUGE) return tilt->status;
+    /* A spun tool that is not free even laid over stays unspun, as dropped. */
+    bool usable = tilt && tilt->status >= 0 && (spun || tilt->status != BTG_SINGLE_CONTACT);
+    if (usable) {
+        double dropped = p.inclination_rad, beta = tilt->tilt_rad;
+        if (tilt->status == BTG_SINGLE_CONTACT) beta -= solver->max_tilt_rad;
+        set_tilted(&p, tool, frame, beta > 0 ? beta : 0, dropped);
+        p.spin_rad = spun ? solver->spin_rad : 0;
+        p.status = tilt->status;
+        if (!spun) p.tilt_rad = beta;
+        if (tilt->status != BTG_SINGLE_CONTACT) p.q = tilt->contact;
+    }
+    *position = p;
+    return p.status;
+}
+
+btg_status btg_position_solve(const btg_part *part, const btg_tool *tool,
+                              const btg_solver_def *solver, double foot_x_mm, double foot_y_mm,
+                              void *workspace, size_t workspace_size, btg_position *position) {
+    if (!position) return BTG_ERROR_ARGUMENT;
+    btg_drop_query query = btg_position_drop_query(foot_x_mm, foot_y_mm);
+    btg_drop_result drop;
+    btg_status status =
+        btg_drop(part, tool, solver, &query, workspace, workspace_size, &drop);
+    if (status < 0) return status;
+    btg_tilt_query frame;
+    btg_tilt_result tilt;
+    bool tilts = btg_position_tilt_query(tool, solver, &query, &drop, &frame) == BTG_OK;
+    if (tilts) {
+        status = btg_tilt(part, tool, solver, &frame, workspace, workspace_size, &tilt);
+        if (status < 0 && status != BTG_ERROR_GOUGE) return status;
+        if (status == BTG_ERROR_GOUGE) tilts = false;
+    }
+    return btg_position_assemble(tool, solver, foot_x_mm, foot_y_mm, &query, &drop,
+                                 tilts ? &frame : NULL, tilts ? &tilt : NULL, position);
+}

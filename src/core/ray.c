@@ -1,0 +1,332 @@
+/* Vertical and circular rays against a cutter, in closed form.
+ *
+ * The idea is that of M. Singh, S. Bedi, S. Mann, "Tool Positioning in Five Axis Machining on a
+ * Tensor Product Surface using Circular Rays", section 4. Its equation 13 prints a quadratic whose
+ * v^2 terms in fact cancel: with d = |S - O1|^2 - Ri^2 the circle of radius R = sqrt(sv^2 + sw^2)
+ * about the insert's axis meets the torus at the single v
+ *
+ *     Tv = Ro + d / (4 Ro) - Ro su^2 / d,        w = -+ sqrt(R^2 - Tv^2),
+ *
+ * and is inside where v > Tv. Flat, shank and holder are plane figures in the circle's plane:
+ * a rectangle that the circle enters from below or through its far side. */
+#include "core/ray.h"
+
+/* Radius about P, in minor (or, for sharp tools, major) radii, inside which d and su^2 have lost
+ * half their digits. The value is smooth along any ray from P, so over so short a way it lies
+ * within 1e-7 rad of the larger of its two ends: the osculating limit and the value out there. */
+#define BTG_P_CLEARANCE 1e-3
+
+/* A point that deep inside the start pose (in radii) is a gouge, not the rounding of a contact. */
+#define BTG_INSIDE 1e-9
+
+btg_ray_query btg_ray_query_drop(const btg_tool *tool, const btg_drop_query *query) {
+    btg_ray_query q = {.op = BTG_OP_DROP, .tool = tool, .w = query->axis, .o = query->origin};
+    q.u = vec_perpendicular(query->axis);
+    q.v = vec_cross(q.w, q.u);
+    return q;
+}
+
+btg_ray_query btg_ray_query_tilt(const btg_tool *tool, const btg_tilt_query *query) {
+    const btg_tool_element *cutter = &tool->element[0];
+    double scale =
+        cutter->corner_radius_mm > 0 ? cutter->corner_radius_mm : cutter->ring_radius_mm;
+    double clearance = BTG_P_CLEARANCE * scale;
+    btg_ray_query q = {.op = BTG_OP_TILT, .tool = tool, .o = query->o1};
+    q.u = query->u;
+    q.v = query->v;
+    q.w = query->w;
+    q.p = query->p.point;
+    q.n = query->p.normal;
+    q.inclination = atan2(vec_dot(q.n, q.v), vec_dot(q.n, q.w));
+    q.p_clearance2 = clearance * clearance;
+    return q;
+}
+
+/* Half the torus tube below height 0 at distance r from the axis; false where there is none. */
+static bool profile_depth(const btg_tool_element *e, double r, double *depth) {
+    double x = r - e->ring_radius_mm;
+    if (!e->hollow && x < 0) x = 0;
+    if (fabs(x) > e->corner_radius_mm) return false;
+    *depth = sqrt((e->corner_radius_mm - x) * (e->corner_radius_mm + x)) - e->from_mm;
+    return true;
+}
+
+static bool cast_vertical(const btg_ray_query *q, btg_vec3 s, btg_ray_hit *hit) {
+    btg_vec3 d = vec_sub(s, q->o);
+    double height = vec_dot(d, q->w);
+    double r = vec_norm(vec_mad(d, q->w, -height));
+    bool found = false;
+    for (uint32_t i = 0; i < q->tool->element_count; i++) {
+        double depth;
+        if (!profile_depth(&q->tool->element[i], r, &depth)) continue;
+        if (found && height + depth <= hit->value) continue;
+        *hit = (btg_ray_hit){height + depth, i};
+        found = true;
+    }
+    return found;
+}
+
+/* Where a point stands in the frame of a TILT query. */
+typedef struct circle {
+    double su, sv, sw, radius; /* radius about the u axis */
+    double d;                  /* power with respect to the insert's sphere */
+} circle;
+
+/* Turn from the point to the entry (tv, tw) on its own circle, as a value (-beta). A point just
+ * inside gives a small positive value; one beyond the entry goes once round. */
+static double turn_value(const circle *c, double tv, double tw, bool inside) {
+    double beta = atan2(c->sv * tw - c->sw * tv, c->sv * tv + c->sw * tw);
+    if (beta < 0 && !inside) beta += 2 * BTG_PI;
+    return -beta;
+}
+
+static bool cast_torus(const btg_tool_element *e, const circle *c, double *value) {
+    double ro = e->ring_radius_mm, ri = e->corner_radius_mm;
+    if (ro <= 0) return false;
+    if (c->d <= 0) { /* in the insert's sphere: inside the torus at any tilt */
+        *value = BTG_PI;
+        return c->d < -BTG_INSIDE * ri * ri;
+    }
+    double tv = ro + c->d / (4 * ro) - ro * c->su * c->su / c->d;
+    if (!(tv <= c->radius)) return false;
+    if (tv < -c->radius) tv = -c->radius;
+    double tw = -sqrt((c->radius - tv) * (c->radius + tv));
+    *value = turn_value(c, tv, tw, c->sv > tv);
+    return true;
+}
+
+/* The disc of radius ro about v = ro at height w = -ri, entered from below. */
+static bool cast_flat(const btg_tool_element *e, const circle *c, double *value) {
+    double ro = e->ring_radius_mm, ri = e->corner_radius_mm;
+    if (c->radius < ri) return false;
+    double tv = sqrt((c->radius - ri) * (c->radius + ri));
+    if (c->su * c->su + (tv - ro) * (tv - ro) > ro * ro) return false;
+    *value = turn_value(c, tv, -ri, c->sw > -ri && c->sw <= 0 && c->sv > 0);
+    return true;
+}
+
+/* A cylinder of shank or holder: in the circle's plane the rectangle |v - major| <= c,
+ * from <= w <= to, entered from below or through the far side. */
+static bool cast_cylinder(const btg_tool_element *e, double major, const circle *c,
+                          double *value) {
+    double c2 = e->ring_radius_mm * e->ring_radius_mm - c->su * c->su;
+    if (c2 < 0) return false;
+    double half = sqrt(c2), near_v = major - half, far_v = major + half;
+    bool inside = c->sv > near_v && c->sv < far_v && c->sw > e->from_mm && c->sw < e->to_mm;
+    bool found = false;
+    double r2 = c->radius * c->radius;
+    if (r2 >= e->from_mm * e->from_mm) {
+        double tv = sqrt(r2 - e->from_mm * e->from_mm);
+        if (tv >= near_v && tv <= far_v) {
+            *value = turn_value(c, tv, e->from_mm, inside);
+            found = true;
+        }
+    }
+    if (r2 >= far_v * far_v) {
+        double tw = sqrt(r2 - far_v * far_v);
+        if (tw >= e->from_mm && tw <= e->to_mm) {
+            double side = turn_value(c, far_v, tw, inside);
+            if (!found || side > *value) *value = side;
+            found = true;
+        }
+    }
+    return found;
+}
+
+static bool cast_circular(const btg_ray_query *q, btg_vec3 s, btg_ray_hit *hit) {
+    btg_vec3 d = vec_sub(s, q->o), dp = vec_sub(s, q->p);
+    double dp2 = vec_norm2(dp);
+    if (dp2 < q->p_clearance2) return false;
+    circle c = {.su = vec_dot(d, q->u), .sv = vec_dot(d, q->v), .sw = vec_dot(d, q->w)};
+    c.radius = sqrt(c.sv * c.sv + c.sw * c.sw);
+    /* d from P, not from O1: near P the difference of two squares would lose all digits. */
+    c.d = dp2 - 2 * q->tool->element[0].corner_radius_mm * vec_dot(dp, q->n);
+    double major = q->tool->element[0].ring_radius_mm;
+    bool found = false;
+    for (uint32_t i = 0; i < q->tool->element_count; i++) {
+        const btg_tool_element *e = &q->tool->element[i];
+        double value, flat;
+        bool met;
+        if (i == 0) {
+            met = cast_torus(e, &c, &value);
+            if (!e->hollow && cast_flat(e, &c, &flat)) {
+                if (!met || flat > value) value = flat;
+                met = true;
+            }
+        } else {
+            met = cast_cylinder(e, major, &c, &value);
+        }
+        if (!met || (found && value <= hit->value)) continue;
+        *hit = (btg_ray_hit){value, i};
+        found = true;
+    }
+    return found;
+}
+
+bool btg_ray_ball_value(const btg_ray_query *q, uint32_t element, btg_vec3 s, double radius,
+                        double *value) {
+    btg_tool_element e = q->tool->element[element];
+    btg_vec3 d = vec_sub(s, q->o);
+    circle c = {.su = vec_dot(d, q->u), .sv = vec_dot(d, q->v), .sw = vec_dot(d, q->w)};
+    c.radius = sqrt(c.sv * c.sv + c.sw * c.sw);
+    if (element > 0) {
+        e.ring_radius_mm += radius;
+        e.from_mm -= radius;
+        e.to_mm += radius;
+        return cast_cylinder(&e, q->tool->element[0].ring_radius_mm, &c, value);
+    }
+    e.corner_radius_mm += radius;
+    c.d = c.su * c.su + c.radius * c.radius - e.corner_radius_mm * e.corner_radius_mm;
+    if (c.d <= 0) { /* the ball reaches the insert's sphere: it may be met at once */
+        *value = INFINITY;
+        return true;
+    }
+    double flat;
+    bool met = cast_torus(&e, &c, value);
+    if (!e.hollow && cast_flat(&e, &c, &flat)) {
+        if (!met || flat > *value) *value = flat;
+        met = true;
+    }
+    return met;
+}
+
+bool btg_ray_cast(const btg_ray_query *query, btg_vec3 s, btg_ray_hit *hit) {
+    return query->op == BTG_OP_DROP ? cast_vertical(query, s, hit) : cast_circular(query, s, hit);
+}
+
+btg_placement btg_ray_place(const btg_ray_query *q, double value) {
+    if (q->op == BTG_OP_DROP) return (btg_placement){vec_mad(q->o, q->w, value), q->w, true};
+    double c = cos(value), s = sin(value); /* value = -beta */
+    btg_vec3 v = vec_add(vec_scale(q->v, c), vec_scale(q->w, s));
+    btg_vec3 w = vec_sub(vec_scale(q->w, c), vec_scale(q->v, s));
+    return (btg_placement){vec_mad(q->o, v, q->tool->element[0].ring_radius_mm), w, false};
+}
+
+/* ---- limits at P -------------------------------------------------------------------------- */
+
+/* lambda_min = -asin(q), as a value of this query; false when q > 1: no limit. */
+static bool limit_value(const btg_ray_query *query, double q, double *value) {
+    if (!(q <= 1)) return false;
+    *value = -asin(q < -1 ? -1 : q) - query->inclination;
+    return true;
+}
+
+/* Along an edge with tangent t and second derivative tt: the sheet is this curve alone. */
+static bool osculating_edge(const btg_ray_query *query, btg_vec3 t, btg_vec3 tt, double *value) {
+    double ro = query->tool->element[0].ring_radius_mm;
+    double ri = query->tool->element[0].corner_radius_mm;
+    btg_vec3 away = vec_scale(query->n, -1), y = vec_cross(query->u, away);
+    double t2 = vec_norm2(t), first = vec_dot(t, away), along = vec_dot(t, y);
+    if (t2 == 0 || first * first > 1e-12 * t2) return false; /* leaves P at first order */
+    double d = t2 + ri * vec_dot(tt, away);
+    if (!(d > 0)) return false;
+    if (ri == 0 && along * along > 1e-12 * t2) return false;
+    double spread = ri > 0 ? along * along / ri : 0;
+    return limit_value(query, ro * (spread + vec_dot(tt, away)) / d, value);
+}
+
+/* A sheet tangent to the tool at P: 1/2 (a x^2 + 2 b x y + c y^2) away from the tool, x along u,
+ * y along the insert. */
+static bool osculating_face(const btg_ray_query *query, const btg_surface_point *f,
+                            double *value) {
+    double ro = query->tool->element[0].ring_radius_mm;
+    double ri = query->tool->element[0].corner_radius_mm;
+    btg_vec3 away = vec_scale(query->n, -1), y = vec_cross(query->u, away);
+    double xu = vec_dot(f->su, query->u), xv = vec_dot(f->sv, query->u);
+    double yu = vec_dot(f->su, y), yv = vec_dot(f->sv, y);
+    double det = xu * yv - xv * yu;
+    double l = vec_dot(f->suu, away), m2 = vec_dot(f->suv, away), n2 = vec_dot(f->svv, away);
+    double ax = yv / det, bx = -yu / det; /* parameters of a unit step along x */
+    double ay = -xv / det, by = xu / det; /* and along y */
+    double a = l * ax * ax + 2 * m2 * ax * bx + n2 * bx * bx;
+    double b = l * ax * ay + m2 * (ax * by + ay * bx) + n2 * bx * by;
+    double c = l * ay * ay + 2 * m2 * ay * by + n2 * by * by;
+    double cy = 1 + ri * c, twist = 0;
+    if (cy > 1e-12)
+        twist = ri * b * b / cy;
+    else if (b != 0)
+        return limit_value(query, -1, value);
+    double m = 1 + ri * (a - twist);
+    if (!(m > 0)) return limit_value(query, -1, value);
+    return limit_value(query, ro * (a - twist) / m, value);
+}
+
+bool btg_ray_osculating(const btg_ray_query *query, const btg_surface_point *f, bool edge_u,
+                        bool edge_v, double *value) {
+    double uu = vec_norm2(f->su), vv = vec_norm2(f->sv);
+    double nu = vec_dot(f->su, query->n), nv = vec_dot(f->sv, query->n);
+    btg_vec3 normal = vec_cross(f->su, f->sv);
+    bool regular = vec_norm2(normal) > 1e-20 * uu * vv && uu > 0 && vv > 0;
+    /* A slope below 1e-6 departs less than the curvature does within the clearance about P. */
+    if (regular && nu * nu <= 1e-12 * uu && nv * nv <= 1e-12 * vv)
+        return osculating_face(query, f, value);
+    double other;
+    bool found = edge_u && osculating_edge(query, f->sv, f->svv, value);
+    if (edge_v && osculating_edge(query, f->su, f->suu, &other)) {
+        if (!found || other > *value) *value = other;
+        found = true;
+    }
+    return found;
+}
+
+bool btg_ray_tool_limit(const btg_ray_query *query, double *value) {
+    const btg_tool_element *e = &query->tool->element[0];
+    if (!e->hollow) return limit_value(query, 0, value);
+    if (e->ring_radius_mm < e->corner_radius_mm)
+        return limit_value(query, e->ring_radius_mm / e->corner_radius_mm, value);
+    return false;
+}
+
+/* ---- distance ------------------------------------------------------------------------------ */
+
+btg_ray_distance btg_ray_tool_distance(const btg_tool_element *e, btg_placement placement,
+                                       btg_vec3 s) {
+    btg_ray_distance out = {0};
+    btg_vec3 d = vec_sub(s, placement.centre);
+    double height = vec_dot(d, placement.axis);
+    btg_vec3 radial = vec_mad(d, placement.axis, -height);
+    double r = vec_norm(radial);
+    radial = r > 0 ? vec_scale(radial, 1 / r) : vec_perpendicular(placement.axis);
+    double x = r - e->ring_radius_mm, z = height - e->from_mm;
+    if (!e->hollow && x < 0) x = 0;
+    if (z > 0) z = !placement.swept && height > e->to_mm ? height - e->to_mm : 0;
+    double far = sqrt(x * x + z * z);
+    out.distance = far - e->corner_radius_mm;
+    if (far > 0) {
+        out.normal = vec_add(vec_scale(radial, x / far), vec_scale(placement.axis, z / far));
+    } else { /* inside: the nearer way out, down or sideways */
+        double side = e->ring_radius_mm - r, down = height - e->from_mm;
+        if (e->hollow) side = down = 0;
+        out.distance -= side < down ? side : down;
+        out.normal = side < down ? radial : vec_scale(placement.axis, -1);
+        x = side < down ? 1 : 0;
+        far = 1;
+    }
+    out.ring_tangent = vec_cross(placement.axis, radial);
+    out.meridian_tangent = vec_cross(out.normal, out.ring_tangent);
+    out.ring_curvature = r > 0 ? x / far / r : 0;
+    out.meridian_curvature = z != 0 && (e->hollow || x > 0) ? 1 / far : 0;
+    return out;
+}
+
+double btg_tool_distance(const btg_tool *tool, btg_vec3 torus_centre, btg_vec3 axis,
+                         btg_vec3 point) {
+    btg_vec3 d = vec_sub(point, torus_centre);
+    double height = vec_dot(d, axis);
+    double r = vec_norm(vec_mad(d, axis, -height));
+    double least = INFINITY;
+    for (uint32_t i = 0; i < tool->element_count; i++) {
+        const btg_tool_element *e = &tool->element[i];
+        double x = r - e->ring_radius_mm, distance;
+        if (i == 0) {
+            if (!e->hollow && x < 0) x = 0;
+            distance = hypot(x, height) - e->corner_radius_mm;
+        } else {
+            double below = e->from_mm - height, above = height - e->to_mm;
+            double z = below > above ? below : above;
+            distance = x > 0 && z > 0 ? hypot(x, z) : (x > z ? x : z);
+        }
+        if (distance < least) least = distance;
+    }
+    return least;
+}

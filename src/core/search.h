@@ -1,0 +1,74 @@
+/* The exact search: the largest value (ray.h) over the whole part. Internal.
+ *
+ * A walk, nearest first, through the part's trees. A region is left as soon as it is proven clear
+ * of the tool placed at the best value so far, by up to `tolerance`: what is left cannot beat that
+ * value without cutting deeper than the tolerance. Regions that are not clear offer their centre
+ * as a better value, which is then polished. */
+#ifndef BTG_CORE_SEARCH_H
+#define BTG_CORE_SEARCH_H
+
+#include "core/cell.h"
+#include "core/ray.h"
+
+/* Sheets that meet P and whose limit there has been taken. */
+#define BTG_SHEETS_MAX 32
+
+typedef struct btg_region {
+    btg_cell cell;  /* a cell, or, when node is not BTG_REGION_CELL, the box */
+    uint32_t node;  /* box node */
+    double radius;
+    double key;     /* the smaller, the sooner it is looked at */
+} btg_region;
+
+#define BTG_REGION_CELL UINT32_MAX
+
+typedef struct btg_search {
+    const btg_part *part;
+    btg_ray_query query;
+    double tolerance; /* mm of clearance */
+
+    /* The best so far; `found` false: value is what an answer must beat. */
+    bool found, osculating;
+    double value;
+    btg_placement at; /* the tool placed there */
+    btg_place place;
+    btg_vec3 point;
+    uint32_t element;
+    uint32_t nodes;
+
+    btg_place p_place; /* TILT: place of the first contact */
+    uint32_t sheet[BTG_SHEETS_MAX];
+    uint32_t sheet_count;
+
+    size_t stack_size;
+    btg_region *stack;
+} btg_search;
+
+/* Regions the stack must hold for this part. */
+size_t btg_search_stack_size(const btg_part *part);
+
+/* Runs the search from the state set up by the caller: part, query, tolerance, stack, and for
+ * DROP value -INFINITY, for TILT -max_tilt, with p_place. */
+void btg_search_run(btg_search *search);
+
+/* Follows the value uphill from a place to its local maximum and keeps it when it beats the best.
+ * (polish.c) */
+void btg_search_polish(btg_search *search, btg_place from);
+
+/* Takes a value as the best when it beats it. */
+void btg_search_offer(btg_search *search, double value, btg_place place, btg_vec3 point,
+                      uint32_t element, bool osculating);
+
+/* TILT, near P, where the value depends on the direction alone (limits.c): the limits of the
+ * tool and of the sheet of P, and starts around P. */
+void btg_search_near_p(btg_search *search);
+/* The limit of another item whose cell reaches P. */
+void btg_search_sheet_at_p(btg_search *search, const btg_region *region);
+
+/* The region is clear of the tool placed at the best value by `tolerance`, and was all the way
+ * there (bounds.c). */
+bool btg_search_clear(const btg_search *search, const btg_region *region);
+/* The largest n . (s - centre) over the region. */
+double btg_region_reach(const btg_search *search, const btg_region *region, btg_vec3 n);
+
+#endif

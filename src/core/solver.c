@@ -1,0 +1,160 @@
+/* Drop, spin and tilt, and whole positions. */
+#include "core/search.h"
+
+/* The search's clearance is this part of the tolerance asked: what it leaves unexplored then
+ * changes the answer by far less than the tolerance. */
+#define SEARCH_SHARE 1e-3
+/* Clearances below this part of the part's size are rounding. */
+#define CLEARANCE_MIN 1e-13
+/* How far a direction may be from unit length, or a frame from right angles. */
+#define UNIT_ERROR 1e-9
+/* A first contact this near the axis or the flat's rim (part of a radius) is on it. */
+#define ON_RIM 1e-9
+
+btg_solver_def btg_solver_def_default(void) {
+    return (btg_solver_def){.version = 1,
+                            .tolerance_mm = 0.001,
+                            .max_tilt_rad = BTG_PI / 4,
+                            .spin = BTG_SPIN_NONE};
+}
+
+/* ---- checks ------------------------------------------------------------------------------- */
+
+static bool is_unit(btg_vec3 a) {
+    return fabs(vec_norm2(a) - 1) <= 2 * UNIT_ERROR;
+}
+
+static bool is_right(btg_vec3 a, btg_vec3 b) {
+    return fabs(vec_dot(a, b)) <= UNIT_ERROR;
+}
+
+static bool within_reach(btg_vec3 a) {
+    double most = 10 * BTG_LENGTH_MAX;
+    return fabs(a.x) <= most && fabs(a.y) <= most && fabs(a.z) <= most;
+}
+
+static bool solver_ok(const btg_solver_def *s) {
+    return s && s->version == 1 && s->tolerance_mm >= 1e-9 && s->tolerance_mm <= 1 &&
+           s->max_tilt_rad >= 0 && s->max_tilt_rad <= BTG_PI / 2 &&
+           (s->spin == BTG_SPIN_NONE || (s->spin == BTG_SPIN_FIXED && fabs(s->spin_rad) <= 1e6));
+}
+
+btg_status btg_drop_query_check(const btg_drop_query *q) {
+    return within_reach(q->origin) && is_unit(q->axis) ? BTG_OK : BTG_ERROR_ARGUMENT;
+}
+
+btg_status btg_tilt_query_check(const btg_part *part, const btg_tool *tool,
+                                const btg_tilt_query *q) {
+    const btg_tool_element *e = &tool->element[0];
+    bool frame = is_unit(q->u) && is_unit(q->v) && is_unit(q->w) && is_right(q->u, q->v) &&
+                 is_right(q->v, q->w) && is_right(q->w, q->u);
+    if (!frame || !within_reach(q->o1) || !within_reach(q->p.point) || !is_unit(q->p.normal) ||
+        fabs(vec_dot(q->p.normal, q->u)) > 1e-6)
+        return BTG_ERROR_ARGUMENT;
+    btg_vec3 off = vec_sub(vec_mad(q->o1, q->p.normal, -e->corner_radius_mm), q->p.point);
+    if (vec_norm(off) > 1e-6 * (1 + e->corner_radius_mm)) return BTG_ERROR_ARGUMENT;
+    if (!(q->max_tilt_rad >= 0 && q->max_tilt_rad <= BTG_PI)) return BTG_ERROR_ARGUMENT;
+    btg_surface_point s;
+    return btg_part_evaluate(part, q->p.place, &s);
+}
+
+/* ---- workspace ---------------------------------------------------------------------------- */
+
+size_t btg_workspace_size(const btg_part *part) {
+    return sizeof(btg_search) + btg_search_stack_size(part) * sizeof(btg_region);
+}
+
+static btg_search *open_search(const btg_part *part, const btg_solver_def *solver,
+                               void *workspace) {
+    btg_search *search = workspace;
+    *search = (btg_search){.part = part};
+    search->stack = (btg_region *)(search + 1);
+    search->stack_size = btg_search_stack_size(part);
+    search->tolerance = fmax(SEARCH_SHARE * solver->tolerance_mm, CLEARANCE_MIN * part->scale);
+    return search;
+}
+
+/* ---- contacts ----------------------------------------------------------------------------- */
+
+/* Normal where a sharp rim touches: the part's own where it has one. */
+static btg_vec3 rim_normal(const btg_search *search, btg_vec3 tool_normal) {
+    btg_surface_point s;
+    btg_part_point(search->part, search->place, &s);
+    btg_vec3 n = vec_unit(vec_cross(s.su, s.sv));
+    const double edge = 1e-9;
+    btg_place p = search->place;
+    bool inside = p.u > edge && p.v > edge && p.u < 1 - edge && p.v < 1 - edge;
+    if (p.item >= search->part->patch_count && p.u + p.v > 1 - edge) inside = false;
+    if (!inside || vec_norm2(n) == 0) return tool_normal;
+    return vec_dot(n, search->at.axis) < 0 ? vec_scale(n, -1) : n;
+}
+
+static btg_contact contact_of(const btg_search *search) {
+    const btg_tool_element *e = &search->query.tool->element[search->element];
+    btg_ray_distance d = btg_ray_tool_distance(e, search->at, search->point);
+    btg_contact c = {search->place, search->point, vec_scale(d.normal, -1)};
+    if (e->corner_radius_mm > 0) return c;
+    btg_vec3 arm = vec_sub(search->point, search->at.centre);
+    double height = vec_dot(arm, search->at.axis);
+    double r = vec_norm(vec_mad(arm, search->at.axis, -height));
+    double near_rim = 1e-6 * e->ring_radius_mm;
+    bool rim = fabs(r - e->ring_radius_mm) < near_rim && fabs(height - e->from_mm) < near_rim;
+    if (rim) c.normal = rim_normal(search, c.normal);
+    return c;
+}
+
+/* ---- the two questions -------------------------------------------------------------------- */
+
+btg_status btg_drop(const btg_part *part, const btg_tool *tool, const btg_solver_def *solver,
+                    const btg_drop_query *query, void *workspace, size_t workspace_size,
+                    btg_drop_result *result) {
+    if (!part || !tool || !query || !workspace || !result || !solver_ok(solver) ||
+        workspace_size < btg_workspace_size(part) || btg_drop_query_check(query))
+        return BTG_ERROR_ARGUMENT;
+    btg_search *search = open_search(part, solver, workspace);
+    search->query = btg_ray_query_drop(tool, query);
+    search->value = -INFINITY;
+    btg_search_run(search);
+    btg_drop_result r = {.status = BTG_NO_CONTACT, .nodes = search->nodes};
+    if (search->found) {
+        r.status = BTG_OK;
+        r.height_mm = search->value;
+        r.contact = contact_of(search);
+        r.element = search->element;
+    }
+    *result = r;
+    return r.status;
+}
+
+/* The start pose cuts deeper than the search's clearance explains. */
+static bool start_gouges(const btg_search *search, double tolerance) {
+    if (search->osculating || !(search->value > 0)) return false;
+    btg_placement start = btg_ray_place(&search->query, 0);
+    const btg_tool_element *e = &search->query.tool->element[search->element];
+    double depth = -btg_ray_tool_distance(e, start, search->point).distance;
+    return depth > fmax(tolerance, 1e-9 * search->part->scale);
+}
+
+btg_status btg_tilt(const btg_part *part, const btg_tool *tool, const btg_solver_def *solver,
+                    const btg_tilt_query *query, void *workspace, size_t workspace_size,
+                    btg_tilt_result *result) {
+    if (!part || !tool || !query || !workspace || !result || !solver_ok(solver) ||
+        workspace_size < btg_workspace_size(part) || btg_tilt_query_check(part, tool, query))
+        return BTG_ERROR_ARGUMENT;
+    btg_search *search = open_search(part, solver, workspace);
+    search->query = btg_ray_query_tilt(tool, query);
+    search->value = -query->max_tilt_rad;
+    search->p_place = query->p.place;
+    btg_search_run(search);
+    if (start_gouges(search, solver->tolerance_mm)) return BTG_ERROR_GOUGE;
+    btg_tilt_result r = {.status = BTG_SINGLE_CONTACT, .nodes = search->nodes};
+    r.tilt_rad = query->max_tilt_rad;
+    if (search->found) {
+        r.status = search->osculating ? BTG_OSCULATING : BTG_OK;
+        r.tilt_rad = search->value < 0 ? -search->value : 0;
+        r.contact = search->osculating ? query->p : contact_of(search);
+        r.element = search->element;
+    }
+    *result = r;
+    return r.status;
+}
