@@ -40,8 +40,9 @@ static model distance_model(const btg_search *search, const btg_surface_point *s
     return m;
 }
 
-/* Newton step of the free parameters; where the model is not convex, bent until it is. */
-static void newton_step(const model *m, bool free_u, bool free_v, double *du, double *dv) {
+/* Newton step of the free parameters; where the model is not convex it is bent until it is, and
+ * the answer is false: no true Newton step. */
+static bool newton_step(const model *m, bool free_u, bool free_v, double *du, double *dv) {
     *du = *dv = 0;
     double uu = m->uu > 0 ? m->uu : 1, vv = m->vv > 0 ? m->vv : 1;
     if (free_u && free_v) {
@@ -53,16 +54,15 @@ static void newton_step(const model *m, bool free_u, bool free_v, double *du, do
         a += lift;
         c += lift;
         double det = a * c - b * b, gu = m->gu / sqrt(uu), gv = m->gv / sqrt(vv);
-        if (!(det > 0)) return;
+        if (!(det > 0)) return false;
         *du = (b * gv - c * gu) / det / sqrt(uu);
         *dv = (b * gu - a * gv) / det / sqrt(vv);
-    } else if (free_u) {
-        double h = fabs(m->huu);
-        *du = h > 0 ? -m->gu / h : 0;
-    } else if (free_v) {
-        double h = fabs(m->hvv);
-        *dv = h > 0 ? -m->gv / h : 0;
+        return lift == 0;
     }
+    double h = free_u ? m->huu : m->hvv;
+    if (free_u && h != 0) *du = -m->gu / fabs(h);
+    if (free_v && h != 0) *dv = -m->gv / fabs(h);
+    return h > 0;
 }
 
 /* Moves a place by a step, held inside the item's domain. */
@@ -81,27 +81,29 @@ static btg_place move(const btg_search *search, btg_place from, double du, doubl
 }
 
 /* On the third side of a triangle with the way out barred: one parameter along it is left. */
-static bool third_side_step(const model *m, btg_place at, double *du, double *dv) {
-    if (at.u + at.v < 1 || m->gu + m->gv >= 0) return false;
-    double g = m->gu - m->gv, h = fabs(m->huu - 2 * m->huv + m->hvv);
-    double t = h > 0 ? -g / h : 0;
-    *du = t;
-    *dv = -t;
-    return true;
+static bool on_third_side(const model *m, btg_place at) {
+    return at.u + at.v >= 1 && m->gu + m->gv < 0;
 }
 
-static void step_from(const btg_search *search, const model *m, btg_place at, double *du,
+static bool third_side_step(const model *m, double *du, double *dv) {
+    double g = m->gu - m->gv, h = m->huu - 2 * m->huv + m->hvv;
+    *du = h != 0 ? -g / fabs(h) : 0;
+    *dv = -*du;
+    return h > 0;
+}
+
+static bool step_from(const btg_search *search, const model *m, btg_place at, double *du,
                       double *dv) {
     bool free_u = !(at.u <= 0 && m->gu > 0) && !(at.u >= 1 && m->gu < 0);
     bool free_v = !(at.v <= 0 && m->gv > 0) && !(at.v >= 1 && m->gv < 0);
     bool triangle = at.item >= search->part->patch_count;
-    if (triangle && free_u && free_v && third_side_step(m, at, du, dv)) return;
-    newton_step(m, free_u, free_v, du, dv);
-    if (!free_u || !free_v) return;
+    if (triangle && free_u && free_v && on_third_side(m, at)) return third_side_step(m, du, dv);
+    bool newton = newton_step(m, free_u, free_v, du, dv);
+    if (!free_u || !free_v) return newton;
     /* A step out through one side goes along that side. */
     bool out_u = (at.u <= 0 && *du < 0) || (at.u >= 1 && *du > 0);
     bool out_v = (at.v <= 0 && *dv < 0) || (at.v >= 1 && *dv > 0);
-    if (out_u != out_v) newton_step(m, !out_u, !out_v, du, dv);
+    return out_u != out_v ? newton_step(m, !out_u, !out_v, du, dv) : newton;
 }
 
 /* The value at a place; false when the tool never meets it. */
@@ -117,21 +119,29 @@ void btg_search_polish(btg_search *search, btg_place from) {
     btg_ray_hit hit;
     if (!look(search, at, &s, &hit)) return;
     double shortest = STEP_MIN * search->part->scale;
+    double rounding = search->query.op == BTG_OP_DROP ? 4e-15 * search->part->scale : 1e-14;
+    double last = INFINITY; /* length of the step before */
     for (int step = 0; step < STEPS_MAX; step++) {
         btg_placement tool = btg_ray_place(&search->query, hit.value);
         const btg_tool_element *e = &search->query.tool->element[hit.element];
         btg_ray_distance d = btg_ray_tool_distance(e, tool, s.s);
         model m = distance_model(search, &s, &d);
         double du, dv;
-        step_from(search, &m, at, &du, &dv);
-        bool better = false;
+        bool newton = step_from(search, &m, at, &du, &dv), better = false;
         for (int half = 0; half < HALVES_MAX && !better; half++, du *= 0.5, dv *= 0.5) {
             btg_place next = move(search, at, du, dv);
             btg_surface_point t;
             btg_ray_hit other;
             double pu = next.u - at.u, pv = next.v - at.v;
-            if (sqrt(pu * pu * m.uu) + sqrt(pv * pv * m.vv) < shortest) break;
-            if (!look(search, next, &t, &other) || other.value <= hit.value) continue;
+            double length = sqrt(pu * pu * m.uu) + sqrt(pv * pv * m.vv);
+            if (length < shortest) break;
+            if (!look(search, next, &t, &other)) continue;
+            /* The value is flat on top: its last digits say nothing when a step still halves the
+             * distance to the contact. */
+            bool closing = newton && half == 0 && length < 0.5 * last &&
+                           other.value > hit.value - rounding;
+            if (!closing && other.value <= hit.value) continue;
+            last = length;
             at = next;
             s = t;
             hit = other;
