@@ -11,6 +11,10 @@
  * closed form; shank and holder also by a plane that the region approaches without a turn back. */
 #include "core/search.h"
 
+/* Cells below this part of the tool's radius are worth their Taylor polynomial: the third-order
+ * error of larger ones outweighs what it wins. */
+#define SECOND_ORDER_BELOW 0.2
+
 double btg_region_reach(const btg_search *search, const btg_region *region, btg_vec3 n) {
     if (region->node == BTG_REGION_CELL) return btg_cell_reach(search->part, &region->cell, n);
     const float *h = search->part->nodes[region->node].half;
@@ -50,7 +54,6 @@ static double plane_distance(const btg_search *search, const btg_tool_element *e
 /* The plane of the region itself: exact for plane figures, so the best close to a contact. */
 static bool clear_by_own_plane(const btg_search *search, const btg_region *region,
                                const btg_tool_element *e, const btg_ray_distance *d) {
-    if (region->node != BTG_REGION_CELL) return false;
     btg_vec3 n = vec_cross(region->cell.a, region->cell.b);
     double length = vec_norm(n);
     if (!(length > 0)) return false;
@@ -61,7 +64,12 @@ static bool clear_by_own_plane(const btg_search *search, const btg_region *regio
 
 /* The region does not reach into the element as placed. */
 static bool clear_as_placed(const btg_search *search, const btg_region *region,
-                            const btg_tool_element *e) {
+                            uint32_t element) {
+    const btg_tool_element *e = &search->query.tool->element[element];
+    for (int i = 0; i < 2; i++)
+        if (search->basin[i].element == element &&
+            btg_basin_covers(search, &search->basin[i], region))
+            return true;
     btg_ray_distance d = btg_ray_tool_distance(e, search->at, region->cell.centre);
     if (d.distance - region->radius >= -search->tolerance) return true;
     if (d.distance < -search->tolerance) return false;
@@ -70,7 +78,10 @@ static bool clear_as_placed(const btg_search *search, const btg_region *region,
         if (!e->hollow) return true;
         if (low - hollow_bend(search, region, e, &d) >= -search->tolerance) return true;
     }
-    return clear_by_own_plane(search, region, e, &d);
+    if (region->node != BTG_REGION_CELL) return false;
+    if (clear_by_own_plane(search, region, e, &d)) return true;
+    return region->radius < SECOND_ORDER_BELOW * (e->ring_radius_mm + e->corner_radius_mm) &&
+           btg_cell_clear_to_second_order(search, region, e);
 }
 
 static bool clear_by_ball(const btg_search *search, const btg_region *region, uint32_t element) {
@@ -86,7 +97,7 @@ static bool clear_of_cutter(const btg_search *search, const btg_region *region) 
     btg_vec3 c = region->cell.centre;
     double height = vec_dot(vec_sub(c, search->at.centre), search->at.axis);
     if (height + region->radius <= 0)
-        return clear_as_placed(search, region, &q->tool->element[0]);
+        return clear_as_placed(search, region, 0);
     /* Above the equator before and after: on the way from one to the other as well. */
     if (height > region->radius && vec_dot(vec_sub(c, q->o), q->w) > region->radius) return true;
     return clear_by_ball(search, region, 0);
@@ -132,7 +143,7 @@ bool btg_search_clear(const btg_search *search, const btg_region *region) {
     if (q->op == BTG_OP_DROP) {
         if (!search->found) return outside_shadow(search, region);
         for (uint32_t i = 0; i < q->tool->element_count; i++)
-            if (!clear_as_placed(search, region, &q->tool->element[i])) return false;
+            if (!clear_as_placed(search, region, i)) return false;
         return true;
     }
     double from_p = vec_norm(vec_sub(region->cell.centre, q->p)) + region->radius;

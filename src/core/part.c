@@ -108,7 +108,7 @@ static btg_status add_patch(const btg_net *net, const double domain_u[2], const 
     memcpy(patch->domain_v, domain_v, sizeof patch->domain_v);
     part->patch_count++;
     return btg_tree_add_patch(&part->allocator, net, part->scale, &fill->list,
-                              &part->patch_root[index], &part->tile_depth);
+                              &part->patch_root[index], &part->tile_depth, patch->third);
 }
 
 static btg_status fill_patches(btg_part *part, const btg_part_def *def) {

@@ -12,6 +12,7 @@ typedef struct btg_patch {
     bool rational;
     uint32_t surface; /* index of the surface it was cut from */
     double domain_u[2], domain_v[2]; /* its piece of that surface's domain */
+    double third[4]; /* bounds of |Suuu|, |Suuv|, |Suvv|, |Svvv| over the patch */
 } btg_patch;
 
 /* A node of a patch's own binary tree: the sub-patch is centre + a s + b t, |s|, |t| <= 1, up to

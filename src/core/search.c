@@ -19,6 +19,17 @@ void btg_search_offer(btg_search *search, double value, btg_place place, btg_vec
     search->place = place;
     search->point = point;
     search->element = element;
+    search->basin_stale = true;
+}
+
+/* Basins stand about the contacts of the tool as placed: made anew when that moves. */
+static void renew_basins(btg_search *search) {
+    search->basin_stale = false;
+    search->basin[0].reach = search->basin[1].reach = 0;
+    if (search->found && !search->osculating)
+        search->basin[0] = btg_basin_make(search, search->place, search->element);
+    if (search->query.op == BTG_OP_TILT)
+        search->basin[1] = btg_basin_make(search, search->p_place, 0);
 }
 
 static void rank(const btg_search *search, btg_region *region) {
@@ -104,12 +115,14 @@ void btg_search_run(btg_search *search) {
     size_t top = 0;
     bool tilt = search->query.op == BTG_OP_TILT;
     search->at = btg_ray_place(&search->query, tilt ? search->value : 0);
+    search->basin_stale = true;
     if (tilt) btg_search_near_p(search);
     push_node(search, 0, &top);
     while (top > 0) {
         if (tilt && search->value >= BTG_PI) return; /* inside at any tilt */
         btg_region region = search->stack[--top];
         search->nodes++;
+        if (search->basin_stale) renew_basins(search);
         if (btg_search_clear(search, &region)) continue;
         if (region.node != BTG_REGION_CELL) {
             open_node(search, region.node, &top);

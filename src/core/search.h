@@ -22,6 +22,18 @@ typedef struct btg_region {
 
 #define BTG_REGION_CELL UINT32_MAX
 
+/* The neighbourhood of a contact, in its item's parameters, that is proven clear of an element of
+ * the tool as placed (basin.c): steps up to `reach`, in mm at the contact's speeds. */
+typedef struct btg_basin {
+    btg_place place;
+    double speed_u, speed_v;
+    double reach; /* 0: none */
+    uint32_t element;
+} btg_basin;
+
+/* Steps by which a basin's reach is sought, from the part's size down. */
+#define BTG_BASIN_HALVINGS 40
+
 typedef struct btg_search {
     const btg_part *part;
     btg_ray_query query;
@@ -35,6 +47,8 @@ typedef struct btg_search {
     btg_vec3 point;
     uint32_t element;
     uint32_t nodes;
+    btg_basin basin[2]; /* about the best contact; TILT: about P */
+    bool basin_stale;
 
     btg_place p_place; /* TILT: place of the first contact */
     uint32_t sheet[BTG_SHEETS_MAX];
@@ -70,5 +84,12 @@ void btg_search_sheet_at_p(btg_search *search, const btg_region *region);
 bool btg_search_clear(const btg_search *search, const btg_region *region);
 /* The largest n . (s - centre) over the region. */
 double btg_region_reach(const btg_search *search, const btg_region *region, btg_vec3 n);
+
+/* basin.c: the basin of a contact of the tool placed at the best value; a region inside it; and a
+ * single cell clear of an element by the Taylor polynomial at its centre. */
+btg_basin btg_basin_make(const btg_search *search, btg_place place, uint32_t element);
+bool btg_basin_covers(const btg_search *search, const btg_basin *basin, const btg_region *region);
+bool btg_cell_clear_to_second_order(const btg_search *search, const btg_region *region,
+                                    const btg_tool_element *e);
 
 #endif

@@ -145,17 +145,18 @@ void btg_net_split(const btg_net *net, bool along_u, btg_net *low, btg_net *high
 
 /* ---- bounds ------------------------------------------------------------------------------- */
 
-/* Largest norms of the derivatives of W (S - c) and W over a net, and the net's extent. */
+/* Bounds of the derivatives of N = W (S - c) and of W over a net, by order in u and v, and of
+ * S - c itself. */
 typedef struct net_bounds {
-    double nu, nv, nuu, nuv, nvv; /* of W (S - c) */
-    double wu, wv, wuu, wuv, wvv; /* of W */
-    double w_min, reach;          /* smallest W, largest |S - c| */
+    double n[4][4], w[4][4];
+    double w_min, reach; /* smallest W, largest |S - c| */
 } net_bounds;
 
 /* Difference of order (du, dv) at (i, j), without the degree factors: W (S - c) and W. */
 static void difference(const btg_net *net, btg_vec3 c, int i, int j, int du, int dv,
                        double *point_norm, double *weight) {
-    static const double binomial[3][3] = {{1, 0, 0}, {-1, 1, 0}, {1, -2, 1}};
+    static const double binomial[4][4] = {
+        {1, 0, 0, 0}, {-1, 1, 0, 0}, {1, -2, 1, 0}, {-1, 3, -3, 1}};
     btg_vec3 sum = vec(0, 0, 0);
     double w = 0;
     for (int k = 0; k <= du; k++)
@@ -186,12 +187,11 @@ static void derivative_bound(const btg_net *net, btg_vec3 c, int du, int dv, dou
         }
 }
 
-static void measure(const btg_net *net, btg_vec3 c, net_bounds *b) {
-    derivative_bound(net, c, 1, 0, &b->nu, &b->wu);
-    derivative_bound(net, c, 0, 1, &b->nv, &b->wv);
-    derivative_bound(net, c, 2, 0, &b->nuu, &b->wuu);
-    derivative_bound(net, c, 1, 1, &b->nuv, &b->wuv);
-    derivative_bound(net, c, 0, 2, &b->nvv, &b->wvv);
+/* All derivatives up to an order. */
+static void measure(const btg_net *net, btg_vec3 c, int order, net_bounds *b) {
+    for (int du = 0; du <= order; du++)
+        for (int dv = 0; dv <= order - du; dv++)
+            derivative_bound(net, c, du, dv, &b->n[du][dv], &b->w[du][dv]);
     b->w_min = INFINITY;
     b->reach = 0;
     for (int i = 0; i <= net->degree_u; i++)
@@ -203,22 +203,28 @@ static void measure(const btg_net *net, btg_vec3 c, net_bounds *b) {
         }
 }
 
+/* Bounds of the derivatives of S = N / W + c from those of N and W, by Leibniz' rule:
+ * W S(i,j) = N(i,j) - sum over (k,l) < (i,j) of binomials times W(i-k,j-l) S(k,l). */
+static void quotient_bounds(const net_bounds *b, int order, double s[4][4]) {
+    static const double binomial[4][4] = {
+        {1, 0, 0, 0}, {1, 1, 0, 0}, {1, 2, 1, 0}, {1, 3, 3, 1}};
+    const double over = 1 + 1e-12; /* rounding of the sums */
+    s[0][0] = b->reach;
+    for (int sum = 1; sum <= order; sum++)
+        for (int i = 0; i <= sum; i++) {
+            int j = sum - i;
+            double total = b->n[i][j];
+            for (int k = 0; k <= i; k++)
+                for (int l = 0; l <= j; l++)
+                    if (k + l < sum)
+                        total += binomial[i][k] * binomial[j][l] * b->w[i - k][j - l] * s[k][l];
+            s[i][j] = total / b->w_min * over;
+        }
+}
+
 static float round_up(double x) {
     float f = (float)x;
     return f < x ? nextafterf(f, INFINITY) : f;
-}
-
-/* Second derivatives of N/W from bounds on N and W: the quotient rule, term by term. */
-static void bend(const net_bounds *b, double slack, btg_tile *tile) {
-    double su = (b->nu + b->wu * b->reach) / b->w_min;
-    double sv = (b->nv + b->wv * b->reach) / b->w_min;
-    double suu = (b->nuu + 2 * b->wu * su + b->wuu * b->reach) / b->w_min;
-    double suv = (b->nuv + b->wu * sv + b->wv * su + b->wuv * b->reach) / b->w_min;
-    double svv = (b->nvv + 2 * b->wv * sv + b->wvv * b->reach) / b->w_min;
-    double over = 1 + 1e-12; /* rounding of the few hundred sums above */
-    tile->bend_uu = round_up(suu / 8 * over + slack);
-    tile->bend_uv = round_up(suv / 4 * over + slack);
-    tile->bend_vv = round_up(svv / 8 * over + slack);
 }
 
 static void to_float(btg_vec3 a, float out[3]) {
@@ -238,9 +244,22 @@ void btg_net_tile(const btg_net *net, double scale, btg_tile *tile) {
     to_float(a, tile->a);
     to_float(b, tile->b);
     net_bounds bounds;
-    measure(net, mid.s, &bounds);
+    double s[4][4];
+    measure(net, mid.s, 2, &bounds);
+    quotient_bounds(&bounds, 2, s);
     /* a and b as floats are off by half a unit in the last place; points by a few of `scale`. */
     double slack = 6e-8 * (vec_norm(a) + vec_norm(b)) + 1e-14 * scale;
-    bend(&bounds, slack, tile);
+    tile->bend_uu = round_up(s[2][0] / 8 + slack);
+    tile->bend_uv = round_up(s[1][1] / 4 + slack);
+    tile->bend_vv = round_up(s[0][2] / 8 + slack);
     tile->child = 0;
+}
+
+void btg_net_third(const btg_net *net, double third[4]) {
+    const double *p = net_point(net, net->degree_u / 2, net->degree_v / 2);
+    net_bounds bounds;
+    double s[4][4];
+    measure(net, vec(p[0] / p[3], p[1] / p[3], p[2] / p[3]), 3, &bounds);
+    quotient_bounds(&bounds, 3, s);
+    for (int k = 0; k < 4; k++) third[k] = fmax(third[k], s[3 - k][k]);
 }

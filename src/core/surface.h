@@ -29,6 +29,9 @@ btg_status btg_surface_cut(const btg_surface_def *def, btg_net_sink sink, void *
 /* Halves a net in u (along_u) or v. */
 void btg_net_split(const btg_net *net, bool along_u, btg_net *low, btg_net *high);
 
+/* Raises `third` to the bounds of |Suuu|, |Suuv|, |Suvv|, |Svvv| over a net. */
+void btg_net_third(const btg_net *net, double third[4]);
+
 /* The tile of a net (part.h); rounding errors are added for coordinates up to `scale`. */
 void btg_net_tile(const btg_net *net, double scale, btg_tile *tile);
 

@@ -35,8 +35,17 @@ typedef struct tile_build {
     const btg_allocator *allocator;
     double scale;
     btg_tile_list *list;
-    uint32_t depth; /* reached */
+    uint32_t depth;   /* reached */
+    double *third;    /* of the patch (part.h) */
 } tile_build;
+
+/* A leaf's third derivatives, in the patch's parameters: halved `in_u` and `in_v` times. */
+static void add_third(const btg_net *net, int in_u, int in_v, double third[4]) {
+    double local[4] = {0, 0, 0, 0};
+    btg_net_third(net, local);
+    for (int k = 0; k < 4; k++)
+        third[k] = fmax(third[k], ldexp(local[k], (3 - k) * in_u + k * in_v));
+}
 
 /* The side whose halving takes more off the bend; none when the tile is flat or small enough. */
 static bool want_split(const btg_tile *t, double scale, bool *along_u) {
@@ -46,11 +55,15 @@ static bool want_split(const btg_tile *t, double scale, bool *along_u) {
     return total > TILE_FLATNESS * size && size + total > 1e-5 * scale;
 }
 
-static btg_status grow(tile_build *build, const btg_net *net, uint32_t at, uint32_t level) {
+static btg_status grow(tile_build *build, const btg_net *net, uint32_t at, int in_u, int in_v) {
     bool along_u;
+    uint32_t level = (uint32_t)(in_u + in_v);
     if (level > build->depth) build->depth = level;
-    if (level >= TILE_DEPTH_MAX) return BTG_OK;
-    if (!want_split(&build->list->tiles[at], build->scale, &along_u)) return BTG_OK;
+    if (level >= TILE_DEPTH_MAX ||
+        !want_split(&build->list->tiles[at], build->scale, &along_u)) {
+        add_third(net, in_u, in_v, build->third);
+        return BTG_OK;
+    }
     btg_status status = reserve(build->allocator, build->list, 2);
     if (status) return status;
     uint32_t child = build->list->count;
@@ -61,19 +74,20 @@ static btg_status grow(tile_build *build, const btg_net *net, uint32_t at, uint3
         btg_net_tile(&half[i], build->scale, &build->list->tiles[child + (uint32_t)i]);
     build->list->tiles[at].child = child | (along_u ? 0 : BTG_TILE_SPLIT_V);
     for (int i = 0; i < 2 && !status; i++)
-        status = grow(build, &half[i], child + (uint32_t)i, level + 1);
+        status = grow(build, &half[i], child + (uint32_t)i, in_u + along_u, in_v + !along_u);
     return status;
 }
 
 btg_status btg_tree_add_patch(const btg_allocator *allocator, const btg_net *net, double scale,
-                              btg_tile_list *list, uint32_t *root, uint32_t *depth) {
+                              btg_tile_list *list, uint32_t *root, uint32_t *depth,
+                              double third[4]) {
     /* Child 0 means leaf, so tile 0 is never a child: the first patch's root. */
     btg_status status = reserve(allocator, list, 1);
     if (status) return status;
     *root = list->count++;
     btg_net_tile(net, scale, &list->tiles[*root]);
-    tile_build build = {allocator, scale, list, *depth};
-    status = grow(&build, net, *root, 0);
+    tile_build build = {allocator, scale, list, *depth, third};
+    status = grow(&build, net, *root, 0, 0);
     *depth = build.depth;
     return status;
 }
