@@ -128,14 +128,18 @@ static bool clear_of_cylinder(const btg_search *search, const btg_region *region
     return vec_dot(g0, arm) - btg_region_reach(search, region, vec_scale(g0, -1)) >= 0;
 }
 
-/* DROP before anything was found: can the tool's shadow reach the region? */
+/* DROP before anything was found: can any element's shadow reach the region? */
 static bool outside_shadow(const btg_search *search, const btg_region *region) {
     btg_vec3 d = vec_sub(region->cell.centre, search->query.o), w = search->query.w;
-    double r = vec_norm(vec_mad(d, w, -vec_dot(d, w))), most = 0;
+    double r = vec_norm(vec_mad(d, w, -vec_dot(d, w)));
     const btg_tool *tool = search->query.tool;
-    for (uint32_t i = 0; i < tool->element_count; i++)
-        most = fmax(most, tool->element[i].ring_radius_mm + tool->element[i].corner_radius_mm);
-    return r - region->radius > most;
+    for (uint32_t i = 0; i < tool->element_count; i++) {
+        const btg_tool_element *e = &tool->element[i];
+        double x = r - e->ring_radius_mm;
+        if (x < 0) x = e->hollow ? -x : 0;
+        if (x - region->radius <= e->corner_radius_mm) return false;
+    }
+    return true;
 }
 
 bool btg_search_clear(const btg_search *search, const btg_region *region) {
