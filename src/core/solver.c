@@ -3,7 +3,7 @@
 
 /* The search's clearance is this part of the tolerance asked: what it leaves unexplored then
  * changes the answer by far less than the tolerance. */
-#define SEARCH_SHARE 1e-3
+#define SEARCH_SHARE 1e-4
 /* Clearances below this part of the part's size are rounding. */
 #define CLEARANCE_MIN 1e-13
 /* How far a direction may be from unit length, or a frame from right angles. */
