@@ -33,7 +33,7 @@ static btg_status check_surfaces(const btg_part_def *def, part_size *size, btg_m
         btg_status status = btg_surface_check(s, i, message);
         if (status) return status;
         size_t patches = btg_surface_patch_count(s);
-        size_t net = (size_t)(s->degree_u + 1) * (size_t)(s->degree_v + 1) * (s->weights ? 4 : 3);
+        size_t net = (size_t)(s->degree_u + 1) * (size_t)(s->degree_v + 1) * 4;
         size->patches += patches;
         size->coefficients += patches * net;
         if (size->patches > PATCHES_MAX)
@@ -97,10 +97,9 @@ static btg_status add_patch(const btg_net *net, const double domain_u[2], const 
     uint32_t index = part->patch_count;
     btg_patch *patch = &part->patches[index];
     double *out = part->coefficients + fill->coefficient_at;
-    int count = (net->degree_u + 1) * (net->degree_v + 1), stride = fill->rational ? 4 : 3;
-    for (int i = 0; i < count; i++)
-        memcpy(out + i * stride, net->point + 4 * i, (size_t)stride * sizeof *out);
-    fill->coefficient_at += (size_t)(count * stride);
+    size_t count = 4 * (size_t)(net->degree_u + 1) * (size_t)(net->degree_v + 1);
+    memcpy(out, net->point, count * sizeof *out);
+    fill->coefficient_at += count;
     *patch = (btg_patch){.coefficients = out, .rational = fill->rational, .surface = fill->surface};
     patch->degree_u = (uint8_t)net->degree_u;
     patch->degree_v = (uint8_t)net->degree_v;

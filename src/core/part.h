@@ -5,7 +5,7 @@
 #include "core/vec.h"
 
 /* A Bezier patch, one piece of a given surface. Coefficients: (degree_u + 1) * (degree_v + 1)
- * points, v fastest; x, y, z, or w x, w y, w z, w when rational. */
+ * points (w x, w y, w z, w), v fastest; w is 1 unless rational. */
 typedef struct btg_patch {
     const double *coefficients;
     uint8_t degree_u, degree_v;

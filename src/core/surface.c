@@ -10,98 +10,99 @@
 
 /* ---- evaluation --------------------------------------------------------------------------- */
 
-/* Bernstein polynomials of degree n at t, with first and second derivatives. */
-static void bernstein(int n, double t, double b[BTG_ORDER_MAX], double d1[BTG_ORDER_MAX],
-                      double d2[BTG_ORDER_MAX]) {
+/* Raises Bernstein polynomials of degree k - 1 at t to degree k, in place. */
+static inline void raise_degree(double b[BTG_ORDER_MAX], int k, double t) {
     double s = 1 - t;
-    for (int i = 0; i <= n; i++) d1[i] = d2[i] = 0;
-    b[0] = 1;
-    for (int k = 1; k <= n; k++) {
-        if (k == n - 1) /* b holds degree n - 2 */
-            for (int i = 0; i <= n - 2; i++) {
-                d2[i] += n * (n - 1) * b[i];
-                d2[i + 1] -= 2.0 * n * (n - 1) * b[i];
-                d2[i + 2] += n * (n - 1) * b[i];
-            }
-        if (k == n) /* b holds degree n - 1 */
-            for (int i = 0; i <= n - 1; i++) {
-                d1[i] -= n * b[i];
-                d1[i + 1] += n * b[i];
-            }
-        b[k] = t * b[k - 1];
-        for (int i = k - 1; i > 0; i--) b[i] = s * b[i] + t * b[i - 1];
-        b[0] *= s;
+    b[k] = t * b[k - 1];
+    for (int i = k - 1; i > 0; i--) b[i] = s * b[i] + t * b[i - 1];
+    b[0] *= s;
+}
+
+/* Bernstein polynomials of degree n at t and their first two derivatives, which are differences
+ * of those of degrees n - 1 and n - 2. */
+static inline void bernstein(int n, double t, double b[3][BTG_ORDER_MAX]) {
+    double *q = b[0];
+    q[0] = 1;
+    for (int k = 1; k <= n - 2; k++) raise_degree(q, k, t);
+    double f = (double)n * (n - 1);
+    for (int i = 0; i <= n; i++) {
+        double low = i <= n - 2 ? q[i] : 0, mid = i >= 1 && i <= n - 1 ? q[i - 1] : 0;
+        b[2][i] = n < 2 ? 0 : f * (low - 2 * mid + (i >= 2 ? q[i - 2] : 0));
+    }
+    if (n >= 2) raise_degree(q, n - 1, t);
+    for (int i = 0; i <= n; i++)
+        b[1][i] = n * ((i >= 1 ? q[i - 1] : 0) - (i <= n - 1 ? q[i] : 0));
+    raise_degree(q, n, t);
+}
+
+/* The homogeneous form and its derivatives: value, u, v, uu, uv, vv. Four numbers a point keep
+ * the inner loops in vector registers. */
+static inline void evaluate(const double *restrict net, int n, int m, double u, double v,
+                            double out[restrict 6][4]) {
+    double bu[3][BTG_ORDER_MAX], bv[3][BTG_ORDER_MAX];
+    bernstein(n, u, bu);
+    bernstein(m, v, bv);
+    memset(out, 0, 6 * sizeof *out);
+    for (int i = 0; i <= n; i++) {
+        double r0[4] = {0}, r1[4] = {0}, r2[4] = {0};
+        for (int j = 0; j <= m; j++) {
+            const double *p = net + 4 * (i * (m + 1) + j);
+            for (int c = 0; c < 4; c++) r0[c] += bv[0][j] * p[c];
+            for (int c = 0; c < 4; c++) r1[c] += bv[1][j] * p[c];
+            for (int c = 0; c < 4; c++) r2[c] += bv[2][j] * p[c];
+        }
+        for (int c = 0; c < 4; c++) out[0][c] += bu[0][i] * r0[c];
+        for (int c = 0; c < 4; c++) out[1][c] += bu[1][i] * r0[c];
+        for (int c = 0; c < 4; c++) out[2][c] += bu[0][i] * r1[c];
+        for (int c = 0; c < 4; c++) out[3][c] += bu[2][i] * r0[c];
+        for (int c = 0; c < 4; c++) out[4][c] += bu[1][i] * r1[c];
+        for (int c = 0; c < 4; c++) out[5][c] += bu[0][i] * r2[c];
     }
 }
 
-typedef struct homogeneous {
-    btg_vec3 p;
-    double w;
-} homogeneous;
-
-static homogeneous h_mad(homogeneous a, homogeneous b, double k) {
-    return (homogeneous){vec_mad(a.p, b.p, k), a.w + b.w * k};
+static btg_vec3 head(const double h[4]) {
+    return vec(h[0], h[1], h[2]);
 }
 
 /* N/W and its derivatives from those of N and W. */
-static void quotient(const homogeneous n[6], btg_surface_point *out) {
-    double k = 1 / n[0].w;
-    out->s = vec_scale(n[0].p, k);
-    out->su = vec_scale(vec_mad(n[1].p, out->s, -n[1].w), k);
-    out->sv = vec_scale(vec_mad(n[2].p, out->s, -n[2].w), k);
-    btg_vec3 uu = vec_mad(vec_mad(n[3].p, out->su, -2 * n[1].w), out->s, -n[3].w);
-    btg_vec3 uv = vec_mad(vec_mad(n[4].p, out->su, -n[2].w), out->sv, -n[1].w);
-    btg_vec3 vv = vec_mad(vec_mad(n[5].p, out->sv, -2 * n[2].w), out->s, -n[5].w);
+static void quotient(double h[6][4], btg_surface_point *out) {
+    double k = 1 / h[0][3], wu = h[1][3], wv = h[2][3];
+    out->s = vec_scale(head(h[0]), k);
+    out->su = vec_scale(vec_mad(head(h[1]), out->s, -wu), k);
+    out->sv = vec_scale(vec_mad(head(h[2]), out->s, -wv), k);
+    btg_vec3 uu = vec_mad(vec_mad(head(h[3]), out->su, -2 * wu), out->s, -h[3][3]);
+    btg_vec3 uv = vec_mad(vec_mad(head(h[4]), out->su, -wv), out->sv, -wu);
+    btg_vec3 vv = vec_mad(vec_mad(head(h[5]), out->sv, -2 * wv), out->s, -h[5][3]);
     out->suu = vec_scale(uu, k);
-    out->suv = vec_scale(vec_mad(uv, out->s, -n[4].w), k);
+    out->suv = vec_scale(vec_mad(uv, out->s, -h[4][3]), k);
     out->svv = vec_scale(vv, k);
 }
 
-static homogeneous coefficient(const btg_patch *patch, int index) {
-    const double *c = patch->coefficients + (size_t)index * (patch->rational ? 4 : 3);
-    return (homogeneous){vec(c[0], c[1], c[2]), patch->rational ? c[3] : 1};
-}
-
 void btg_patch_evaluate(const btg_patch *patch, double u, double v, btg_surface_point *point) {
-    int n = patch->degree_u, m = patch->degree_v;
-    double bu[3][BTG_ORDER_MAX], bv[3][BTG_ORDER_MAX];
-    bernstein(n, u, bu[0], bu[1], bu[2]);
-    bernstein(m, v, bv[0], bv[1], bv[2]);
-    homogeneous sum[6]; /* value, u, v, uu, uv, vv */
-    memset(sum, 0, sizeof sum);
-    for (int i = 0; i <= n; i++) {
-        homogeneous row[3];
-        memset(row, 0, sizeof row);
-        for (int j = 0; j <= m; j++) {
-            homogeneous c = coefficient(patch, i * (m + 1) + j);
-            for (int k = 0; k < 3; k++) row[k] = h_mad(row[k], c, bv[k][j]);
-        }
-        sum[0] = h_mad(sum[0], row[0], bu[0][i]);
-        sum[1] = h_mad(sum[1], row[0], bu[1][i]);
-        sum[2] = h_mad(sum[2], row[1], bu[0][i]);
-        sum[3] = h_mad(sum[3], row[0], bu[2][i]);
-        sum[4] = h_mad(sum[4], row[1], bu[1][i]);
-        sum[5] = h_mad(sum[5], row[2], bu[0][i]);
-    }
-    if (patch->rational) {
-        quotient(sum, point);
-        return;
-    }
-    *point = (btg_surface_point){sum[0].p, sum[1].p, sum[2].p, sum[3].p, sum[4].p, sum[5].p};
+    double h[6][4];
+    if (patch->degree_u == 3 && patch->degree_v == 3)
+        evaluate(patch->coefficients, 3, 3, u, v, h); /* known lengths unroll */
+    else
+        evaluate(patch->coefficients, patch->degree_u, patch->degree_v, u, v, h);
+    if (patch->rational)
+        quotient(h, point);
+    else
+        *point = (btg_surface_point){head(h[0]), head(h[1]), head(h[2]),
+                                     head(h[3]), head(h[4]), head(h[5])};
 }
 
 btg_vec3 btg_patch_point(const btg_patch *patch, double u, double v) {
     int n = patch->degree_u, m = patch->degree_v;
-    double bu[BTG_ORDER_MAX], bv[BTG_ORDER_MAX], d1[BTG_ORDER_MAX], d2[BTG_ORDER_MAX];
-    bernstein(n, u, bu, d1, d2);
-    bernstein(m, v, bv, d1, d2);
-    homogeneous sum = {vec(0, 0, 0), 0};
-    for (int i = 0; i <= n; i++) {
-        homogeneous row = {vec(0, 0, 0), 0};
-        for (int j = 0; j <= m; j++) row = h_mad(row, coefficient(patch, i * (m + 1) + j), bv[j]);
-        sum = h_mad(sum, row, bu[i]);
-    }
-    return patch->rational ? vec_scale(sum.p, 1 / sum.w) : sum.p;
+    double bu[BTG_ORDER_MAX] = {1}, bv[BTG_ORDER_MAX] = {1}, sum[4] = {0};
+    for (int k = 1; k <= n; k++) raise_degree(bu, k, u);
+    for (int k = 1; k <= m; k++) raise_degree(bv, k, v);
+    for (int i = 0; i <= n; i++)
+        for (int j = 0; j <= m; j++) {
+            const double *p = patch->coefficients + 4 * (i * (m + 1) + j);
+            double b = bu[i] * bv[j];
+            for (int c = 0; c < 4; c++) sum[c] += b * p[c];
+        }
+    return patch->rational ? vec_scale(head(sum), 1 / sum[3]) : head(sum);
 }
 
 /* ---- subdivision -------------------------------------------------------------------------- */

@@ -125,11 +125,11 @@ static void triangle_box(const btg_part *part, uint32_t triangle, box *b) {
 /* A patch lies within its control points. */
 static void patch_box(const btg_part *part, uint32_t patch, box *b) {
     const btg_patch *p = &part->patches[patch];
-    int count = (p->degree_u + 1) * (p->degree_v + 1), stride = p->rational ? 4 : 3;
+    int count = (p->degree_u + 1) * (p->degree_v + 1);
     box_empty(b);
     for (int i = 0; i < count; i++) {
-        const double *c = p->coefficients + (size_t)i * (size_t)stride;
-        double w = p->rational ? c[3] : 1, slack = 1e-14 * part->scale;
+        const double *c = p->coefficients + 4 * i;
+        double w = c[3], slack = 1e-14 * part->scale;
         box q;
         for (int k = 0; k < 3; k++) {
             q.low[k] = c[k] / w - slack;
