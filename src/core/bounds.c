@@ -21,45 +21,90 @@ double btg_region_reach(const btg_search *search, const btg_region *region, btg_
     return fabs(n.x) * (double)h[0] + fabs(n.y) * (double)h[1] + fabs(n.z) * (double)h[2];
 }
 
-/* How much nearer than the tangent plane says a hollow torus can be: its inner side bends towards
- * points that stand aside from the centre's half-plane. */
+/* How far the region reaches from a point along unit n. */
+static double reach_from(const btg_search *search, const btg_region *region, btg_vec3 point,
+                         btg_vec3 n) {
+    return btg_region_reach(search, region, n) +
+           vec_dot(n, vec_sub(region->cell.centre, point));
+}
+
+/* How much nearer than the tangent plane at a point says a hollow torus can be. Its inner side
+ * bends towards points that stand aside from the point's half-plane: a step t aside turns the
+ * radius outward by `outward`, and brings the ring nearer by that times the slope (Ro - r) / D.
+ * The slope grows with the step rho inward, but so does the distance, by the meridian's curvature:
+ * of c rho^2 / 2 - A rho no more than A^2 / (2 c) is lost. */
 static double hollow_bend(const btg_search *search, const btg_region *region,
-                          const btg_tool_element *e, const btg_ray_distance *d) {
+                          const btg_tool_element *e, const btg_ray_distance *d, btg_vec3 point) {
     btg_vec3 radial = vec_cross(d->ring_tangent, search->at.axis);
-    double r = vec_dot(vec_sub(region->cell.centre, search->at.centre), radial);
-    double low = r - btg_region_reach(search, region, vec_scale(radial, -1));
+    double r = vec_dot(vec_sub(point, search->at.centre), radial);
+    double low = r - reach_from(search, region, point, vec_scale(radial, -1));
     if (low >= e->ring_radius_mm) return 0;
     if (low < 0) low = 0;
-    double aside = btg_region_reach(search, region, d->ring_tangent);
-    double other = btg_region_reach(search, region, vec_scale(d->ring_tangent, -1));
-    if (other > aside) aside = other;
+    double aside = fmax(reach_from(search, region, point, d->ring_tangent),
+                        reach_from(search, region, point, vec_scale(d->ring_tangent, -1)));
     double outward = sqrt(low * low + aside * aside) - low;
-    double nearest = d->distance + e->corner_radius_mm - region->radius; /* to the ring */
-    double slope = e->ring_radius_mm - low;
-    return slope < nearest ? outward * slope / nearest : outward;
+    double ring = d->distance + e->corner_radius_mm;
+    double far = region->radius + vec_norm(vec_sub(region->cell.centre, point));
+    if (!(ring > far)) return outward;
+    double a = outward / (ring - far), inside = fmax(e->ring_radius_mm - r, 0);
+    double along = fmax(reach_from(search, region, point, d->normal),
+                        reach_from(search, region, point, vec_scale(d->normal, -1)));
+    double tilted = fabs(vec_dot(d->normal, radial)) * along;
+    return fmin(outward, a * (inside + tilted) + 0.5 * a * a * (ring + far));
 }
 
-/* Distance from the element to a plane with unit normal n through the region's centre, n pointing
- * from tool to region; -INFINITY when the element reaches up for ever on that side. */
-static double plane_distance(const btg_search *search, const btg_tool_element *e, btg_vec3 centre,
-                             btg_vec3 n) {
-    double along = vec_dot(n, search->at.axis);
-    if (search->at.swept && along > 0) return -INFINITY;
-    double across2 = 1 - along * along;
-    double support = e->ring_radius_mm * (across2 > 0 ? sqrt(across2) : 0) + e->corner_radius_mm +
-                     along * e->from_mm;
-    return vec_dot(n, vec_sub(centre, search->at.centre)) - support;
+/* The bound by the plane that touches the distance at a point of the region's own plane figure. */
+static double bound_by_plane(const btg_search *search, const btg_region *region,
+                             const btg_tool_element *e, const btg_ray_distance *d,
+                             btg_vec3 point) {
+    double low = d->distance - reach_from(search, region, point, vec_scale(d->normal, -1));
+    if (low < -search->tolerance || !e->hollow) return low;
+    return low - hollow_bend(search, region, e, d, point);
 }
 
-/* The plane of the region itself: exact for plane figures, so the best close to a contact. */
-static bool clear_by_own_plane(const btg_search *search, const btg_region *region,
-                               const btg_tool_element *e, const btg_ray_distance *d) {
-    btg_vec3 n = vec_cross(region->cell.a, region->cell.b);
-    double length = vec_norm(n);
-    if (!(length > 0)) return false;
-    n = vec_scale(n, (vec_dot(n, d->normal) < 0 ? -1 : 1) / length);
-    double plane = plane_distance(search, e, region->cell.centre, n);
-    return plane - btg_region_reach(search, region, vec_scale(n, -1)) >= -search->tolerance;
+/* The least of 1/2 h t^2 + g t over |t| <= 1. */
+static double least_place(double g, double h) {
+    if (h > fabs(g)) return -g / h;
+    return g > 0 ? -1 : (g < 0 ? 1 : 0);
+}
+
+/* Where on the cell's plane figure the tool is nearest, by one Newton step from its centre: with
+ * the tangent plane there, all that is left of the bound's error is the figure's own. */
+static btg_vec3 nearest_on_figure(const btg_search *search, const btg_region *region,
+                                  const btg_ray_distance *d) {
+    const btg_cell *cell = &region->cell;
+    double ga = vec_dot(d->normal, cell->a), gb = vec_dot(d->normal, cell->b);
+    double ra = vec_dot(d->ring_tangent, cell->a), rb = vec_dot(d->ring_tangent, cell->b);
+    double ma = vec_dot(d->meridian_tangent, cell->a), mb = vec_dot(d->meridian_tangent, cell->b);
+    double kr = d->ring_curvature > 0 ? d->ring_curvature : 0, km = d->meridian_curvature;
+    double haa = kr * ra * ra + km * ma * ma, hab = kr * ra * rb + km * ma * mb;
+    double hbb = kr * rb * rb + km * mb * mb;
+    double det = haa * hbb - hab * hab, s = 0, t = 0;
+    if (det > 1e-12 * haa * hbb) {
+        s = (hab * gb - hbb * ga) / det;
+        t = (hab * ga - haa * gb) / det;
+    } else {
+        s = least_place(ga, haa);
+        t = least_place(gb + hab * s, hbb);
+    }
+    if (btg_cell_is_triangle(search->part, cell)) { /* a and b start at a corner */
+        s = fmin(fmax(s, -1.0 / 3), 2.0 / 3);
+        t = fmin(fmax(t, -1.0 / 3), 2.0 / 3);
+        double over = s + t - 1.0 / 3;
+        if (over > 0) {
+            s -= 0.5 * over;
+            t -= 0.5 * over;
+        }
+    } else {
+        if (fabs(s) > 1) {
+            s = s > 0 ? 1 : -1;
+            t = least_place(gb + hab * s, hbb);
+        } else if (fabs(t) > 1) {
+            t = t > 0 ? 1 : -1;
+            s = least_place(ga + hab * t, haa);
+        }
+    }
+    return vec_mad(vec_mad(cell->centre, cell->a, s), cell->b, t);
 }
 
 /* The region does not reach into the element as placed. */
@@ -73,13 +118,13 @@ static bool clear_as_placed(const btg_search *search, const btg_region *region,
     btg_ray_distance d = btg_ray_tool_distance(e, search->at, region->cell.centre);
     if (d.distance - region->radius >= -search->tolerance) return true;
     if (d.distance < -search->tolerance) return false;
-    double low = d.distance - btg_region_reach(search, region, vec_scale(d.normal, -1));
-    if (low >= -search->tolerance) {
-        if (!e->hollow) return true;
-        if (low - hollow_bend(search, region, e, &d) >= -search->tolerance) return true;
-    }
+    double low = bound_by_plane(search, region, e, &d, region->cell.centre);
+    if (low >= -search->tolerance) return true;
     if (region->node != BTG_REGION_CELL) return false;
-    if (clear_by_own_plane(search, region, e, &d)) return true;
+    btg_vec3 nearest = nearest_on_figure(search, region, &d);
+    btg_ray_distance near = btg_ray_tool_distance(e, search->at, nearest);
+    low = bound_by_plane(search, region, e, &near, nearest);
+    if (low >= -search->tolerance) return true;
     return region->radius < SECOND_ORDER_BELOW * (e->ring_radius_mm + e->corner_radius_mm) &&
            btg_cell_clear_to_second_order(search, region, e);
 }
