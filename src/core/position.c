@@ -27,7 +27,7 @@ static double inclination(btg_vec3 v, btg_vec3 w, btg_vec3 n) {
 static bool insert_frame(const btg_tool *tool, const btg_drop_query *query,
                          const btg_drop_result *drop, btg_tilt_query *frame) {
     const btg_tool_element *e = &tool->element[0];
-    if (drop->status < 0 || drop->status == BTG_NO_CONTACT || drop->element != 0) return false;
+    if (drop->status != BTG_OK || drop->element != 0) return false;
     double ro = e->ring_radius_mm, ri = e->corner_radius_mm;
     btg_vec3 centre = drop_centre(query, drop);
     btg_vec3 arm = vec_sub(drop->contact.point, centre);
@@ -52,7 +52,7 @@ static bool insert_frame(const btg_tool *tool, const btg_drop_query *query,
 }
 
 /* Turns the frame by alpha about nP and lays the tool over. */
-static void spin_frame(double alpha, double ring, btg_tilt_query *frame) {
+static void spin_frame(double alpha, btg_tilt_query *frame) {
     btg_vec3 n = frame->p.normal;
     double dropped = inclination(frame->v, frame->w, n);
     btg_vec3 e0 = vec_cross(n, frame->u);
@@ -64,7 +64,6 @@ static void spin_frame(double alpha, double ring, btg_tilt_query *frame) {
     frame->max_tilt_rad += LAID_OVER - dropped;
     if (frame->max_tilt_rad > BTG_PI) frame->max_tilt_rad = BTG_PI;
     if (frame->max_tilt_rad < 0) frame->max_tilt_rad = 0;
-    (void)ring;
 }
 
 btg_status btg_position_tilt_query(const btg_tool *tool, const btg_solver_def *solver,
@@ -74,7 +73,7 @@ btg_status btg_position_tilt_query(const btg_tool *tool, const btg_solver_def *s
     btg_tilt_query frame = {.max_tilt_rad = solver->max_tilt_rad};
     if (!insert_frame(tool, query, drop, &frame)) return BTG_SINGLE_CONTACT;
     if (solver->spin == BTG_SPIN_FIXED)
-        spin_frame(solver->spin_rad, tool->element[0].ring_radius_mm, &frame);
+        spin_frame(solver->spin_rad, &frame);
     *tilt = frame;
     return BTG_OK;
 }
@@ -97,11 +96,16 @@ static void set_dropped(btg_position *p, const btg_tool *tool, const btg_drop_qu
                         const btg_drop_result *drop) {
     btg_vec3 centre = drop_centre(query, drop), n = drop->contact.normal;
     set_pose(p, tool, centre, query->axis);
-    p->status = BTG_SINGLE_CONTACT;
+    p->status = drop->status == BTG_BUDGET ? BTG_BUDGET : BTG_SINGLE_CONTACT;
     p->p = drop->contact;
     p->q = (btg_contact){.point = vec_nan(), .normal = vec_nan()};
     p->drop_z_mm = centre.z;
     p->tilt_rad = 0;
+    if (drop->status == BTG_BUDGET) { /* somewhere above the part */
+        p->p = p->q;
+        p->inclination_rad = NAN;
+        return;
+    }
     btg_vec3 arm = vec_sub(p->p.point, centre);
     btg_vec3 v = vec_unit(vec_mad(arm, query->axis, -vec_dot(arm, query->axis)));
     p->inclination_rad = inclination(vec_scale(v, -1), query->axis, n);
@@ -146,7 +150,7 @@ btg_status btg_position_assemble(const btg_tool *tool, const btg_solver_def *sol
         p.spin_rad = spun ? solver->spin_rad : 0;
         p.status = tilt->status;
         if (!spun) p.tilt_rad = beta;
-        if (tilt->status != BTG_SINGLE_CONTACT) p.q = tilt->contact;
+        if (tilt->status == BTG_OK || tilt->status == BTG_OSCULATING) p.q = tilt->contact;
     }
     *position = p;
     return p.status;

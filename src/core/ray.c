@@ -167,6 +167,13 @@ bool btg_ray_ball_value(const btg_ray_query *q, uint32_t element, btg_vec3 s, do
                         double *value) {
     btg_tool_element e = q->tool->element[element];
     btg_vec3 d = vec_sub(s, q->o);
+    if (q->op == BTG_OP_DROP) {
+        double height = vec_dot(d, q->w), depth;
+        e.corner_radius_mm += radius;
+        if (!profile_depth(&e, vec_norm(vec_mad(d, q->w, -height)), &depth)) return false;
+        *value = height + depth;
+        return true;
+    }
     circle c = {.su = vec_dot(d, q->u), .sv = vec_dot(d, q->v), .sw = vec_dot(d, q->w)};
     c.radius = sqrt(c.sv * c.sv + c.sw * c.sw);
     if (element > 0) {

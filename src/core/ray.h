@@ -34,7 +34,7 @@ typedef struct btg_ray_hit {
 bool btg_ray_cast(const btg_ray_query *query, btg_vec3 s, btg_ray_hit *hit);
 
 /* An upper bound of the value of all points within `radius` of s that one element meets: the
- * value of s itself for the element offset by the radius. TILT only. False: none meets it. */
+ * value of s itself for the element offset by the radius. False: none meets it. */
 bool btg_ray_ball_value(const btg_ray_query *query, uint32_t element, btg_vec3 s, double radius,
                         double *value);
 

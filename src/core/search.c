@@ -111,6 +111,19 @@ static void open_cell(btg_search *search, const btg_region *region, size_t *top)
     order(search, from, *top);
 }
 
+/* Out of budget: no region left has a value above the bound of its ball. */
+static void give_up(btg_search *search, size_t top) {
+    search->spent = true;
+    search->bound = search->value;
+    for (size_t i = 0; i < top; i++) {
+        const btg_region *r = &search->stack[i];
+        double value;
+        for (uint32_t e = 0; e < search->query.tool->element_count; e++)
+            if (btg_ray_ball_value(&search->query, e, r->cell.centre, r->radius, &value))
+                search->bound = fmax(search->bound, value);
+    }
+}
+
 void btg_search_run(btg_search *search) {
     size_t top = 0;
     bool tilt = search->query.op == BTG_OP_TILT;
@@ -120,6 +133,10 @@ void btg_search_run(btg_search *search) {
     push_node(search, 0, &top);
     while (top > 0) {
         if (tilt && search->value >= BTG_PI) return; /* inside at any tilt */
+        if (search->nodes == search->budget) {
+            give_up(search, top);
+            return;
+        }
         btg_region region = search->stack[--top];
         search->nodes++;
         if (search->basin_stale) renew_basins(search);

@@ -42,11 +42,13 @@ typedef struct btg_search {
     /* The best so far; `found` false: value is what an answer must beat. */
     bool found, osculating;
     double value;
+    bool spent;    /* the budget ran out: nothing of the part has a value above `bound` */
+    double bound;
     btg_placement at; /* the tool placed there */
     btg_place place;
     btg_vec3 point;
     uint32_t element;
-    uint32_t nodes;
+    uint32_t nodes, budget;
     btg_basin basin[2]; /* about the best contact; TILT: about P */
     bool basin_stale;
 

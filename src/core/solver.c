@@ -8,14 +8,13 @@
 #define CLEARANCE_MIN 1e-13
 /* How far a direction may be from unit length, or a frame from right angles. */
 #define UNIT_ERROR 1e-9
-/* A first contact this near the axis or the flat's rim (part of a radius) is on it. */
-#define ON_RIM 1e-9
 
 btg_solver_def btg_solver_def_default(void) {
     return (btg_solver_def){.version = 1,
                             .tolerance_mm = 0.001,
                             .max_tilt_rad = BTG_PI / 4,
-                            .spin = BTG_SPIN_NONE};
+                            .spin = BTG_SPIN_NONE,
+                            .node_budget = 1000000};
 }
 
 /* ---- checks ------------------------------------------------------------------------------- */
@@ -35,15 +34,15 @@ static bool within_reach(btg_vec3 a) {
 
 static bool solver_ok(const btg_solver_def *s) {
     return s && s->version == 1 && s->tolerance_mm >= 1e-9 && s->tolerance_mm <= 1 &&
-           s->max_tilt_rad >= 0 && s->max_tilt_rad <= BTG_PI / 2 &&
+           s->max_tilt_rad >= 0 && s->max_tilt_rad <= BTG_PI / 2 && s->node_budget >= 1 &&
            (s->spin == BTG_SPIN_NONE || (s->spin == BTG_SPIN_FIXED && fabs(s->spin_rad) <= 1e6));
 }
 
-btg_status btg_drop_query_check(const btg_drop_query *q) {
+static btg_status check_drop(const btg_drop_query *q) {
     return within_reach(q->origin) && is_unit(q->axis) ? BTG_OK : BTG_ERROR_ARGUMENT;
 }
 
-btg_status btg_tilt_query_check(const btg_part *part, const btg_tool *tool,
+static btg_status check_tilt(const btg_part *part, const btg_tool *tool,
                                 const btg_tilt_query *q) {
     const btg_tool_element *e = &tool->element[0];
     bool frame = is_unit(q->u) && is_unit(q->v) && is_unit(q->w) && is_right(q->u, q->v) &&
@@ -70,6 +69,7 @@ static btg_search *open_search(const btg_part *part, const btg_solver_def *solve
     *search = (btg_search){.part = part};
     search->stack = (btg_region *)(search + 1);
     search->stack_size = btg_search_stack_size(part);
+    search->budget = solver->node_budget;
     search->tolerance = fmax(SEARCH_SHARE * solver->tolerance_mm, CLEARANCE_MIN * part->scale);
     return search;
 }
@@ -109,14 +109,17 @@ btg_status btg_drop(const btg_part *part, const btg_tool *tool, const btg_solver
                     const btg_drop_query *query, void *workspace, size_t workspace_size,
                     btg_drop_result *result) {
     if (!part || !tool || !query || !workspace || !result || !solver_ok(solver) ||
-        workspace_size < btg_workspace_size(part) || btg_drop_query_check(query))
+        workspace_size < btg_workspace_size(part) || check_drop(query))
         return BTG_ERROR_ARGUMENT;
     btg_search *search = open_search(part, solver, workspace);
     search->query = btg_ray_query_drop(tool, query);
     search->value = -INFINITY;
     btg_search_run(search);
     btg_drop_result r = {.status = BTG_NO_CONTACT, .nodes = search->nodes};
-    if (search->found) {
+    if (search->spent) {
+        r.status = search->bound > -INFINITY ? BTG_BUDGET : BTG_NO_CONTACT;
+        r.height_mm = search->bound;
+    } else if (search->found) {
         r.status = BTG_OK;
         r.height_mm = search->value;
         r.contact = contact_of(search);
@@ -139,7 +142,7 @@ btg_status btg_tilt(const btg_part *part, const btg_tool *tool, const btg_solver
                     const btg_tilt_query *query, void *workspace, size_t workspace_size,
                     btg_tilt_result *result) {
     if (!part || !tool || !query || !workspace || !result || !solver_ok(solver) ||
-        workspace_size < btg_workspace_size(part) || btg_tilt_query_check(part, tool, query))
+        workspace_size < btg_workspace_size(part) || check_tilt(part, tool, query))
         return BTG_ERROR_ARGUMENT;
     btg_search *search = open_search(part, solver, workspace);
     search->query = btg_ray_query_tilt(tool, query);
@@ -149,7 +152,10 @@ btg_status btg_tilt(const btg_part *part, const btg_tool *tool, const btg_solver
     if (start_gouges(search, solver->tolerance_mm)) return BTG_ERROR_GOUGE;
     btg_tilt_result r = {.status = BTG_SINGLE_CONTACT, .nodes = search->nodes};
     r.tilt_rad = query->max_tilt_rad;
-    if (search->found) {
+    if (search->spent) {
+        r.status = BTG_BUDGET;
+        r.tilt_rad = search->bound < 0 ? -search->bound : 0;
+    } else if (search->found) {
         r.status = search->osculating ? BTG_OSCULATING : BTG_OK;
         r.tilt_rad = search->value < 0 ? -search->value : 0;
         r.contact = search->osculating ? query->p : contact_of(search);

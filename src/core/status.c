@@ -21,6 +21,8 @@ const char *btg_status_name(btg_status status) {
         return "single-contact";
     case BTG_NO_CONTACT:
         return "no-contact";
+    case BTG_BUDGET:
+        return "budget";
     case BTG_ERROR_ARGUMENT:
         return "error-argument";
     case BTG_ERROR_MEMORY:

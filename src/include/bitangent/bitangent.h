@@ -43,6 +43,7 @@ typedef enum btg_status {
     BTG_OSCULATING = 1,     /* both contacts at one place: tool and part share a curvature */
     BTG_SINGLE_CONTACT = 2, /* no second contact up to the largest tilt; axis as dropped */
     BTG_NO_CONTACT = 3,     /* nothing of the part under the tool */
+    BTG_BUDGET = 4,         /* the search was cut short: the pose is safe, but not the closest */
 
     BTG_ERROR_ARGUMENT = -1,    /* the caller's input is unusable (NULL, NaN, out of range) */
     BTG_ERROR_MEMORY = -2,      /* the allocator returned NULL, or a count is too large */
@@ -54,7 +55,8 @@ typedef enum btg_status {
     BTG_ERROR_GOUGE = -8        /* the asked start pose already cuts into the part */
 } btg_status;
 
-/* Short word for a status: "two-contact", "osculating", "single-contact", "no-contact", or the
+/* Short word for a status: "two-contact", "osculating", "single-contact", "no-contact",
+ * "budget", or the
  * name of the error. Static storage. */
 BTG_API const char *btg_status_name(btg_status status);
 
@@ -226,9 +228,9 @@ typedef struct btg_drop_query {
 } btg_drop_query;
 
 typedef struct btg_drop_result {
-    btg_status status;   /* BTG_OK or BTG_NO_CONTACT */
+    btg_status status;   /* BTG_OK, BTG_NO_CONTACT or BTG_BUDGET */
     double height_mm;    /* torus centre = origin + height * axis */
-    btg_contact contact; /* P */
+    btg_contact contact; /* P; all zero where the status is not BTG_OK */
     uint32_t element;    /* element of the tool that touches */
     uint32_t nodes;      /* work done: tree nodes visited or surface points evaluated */
 } btg_drop_result;
@@ -246,9 +248,9 @@ typedef struct btg_tilt_query {
 } btg_tilt_query;
 
 typedef struct btg_tilt_result {
-    btg_status status;   /* BTG_OK, BTG_OSCULATING or BTG_SINGLE_CONTACT */
+    btg_status status;   /* BTG_OK, BTG_OSCULATING, BTG_SINGLE_CONTACT or BTG_BUDGET */
     double tilt_rad;     /* max_tilt when single-contact */
-    btg_contact contact; /* Q; P again when osculating */
+    btg_contact contact; /* Q; P again when osculating; all zero otherwise */
     uint32_t element;
     uint32_t nodes;
 } btg_tilt_result;
@@ -267,6 +269,8 @@ typedef struct btg_solver_def {
     double max_tilt_rad; /* 0 .. pi/2, default pi/4 */
     btg_spin spin;       /* default none */
     double spin_rad;
+    uint32_t node_budget; /* most tree nodes a drop or a tilt may visit; default 1000000, >= 1.
+                             When it is spent the answer is the nearest pose proven clear */
 } btg_solver_def;
 
 BTG_API btg_solver_def btg_solver_def_default(void);
