@@ -1,43 +1,55 @@
 /* Second-order proofs that the part is clear of the tool.
  *
- * Along a straight line in an item's parameters the distance phi to the tool has a Taylor
- * polynomial of order two, and a third derivative bounded by K: so phi is at least the polynomial
- * less K |p|^3 / 6. At a contact phi and its slope into the part vanish or grow, and where the
- * Hessian is positive the contact's whole neighbourhood, its basin, is clear: a few surface points
- * prove what tangent planes would need thousands of small cells for. The same polynomial bounds
- * the distance over a single cell in the long flat valleys where no basin is wide.
+ * About a point of an item, as a function of the item's parameters p, the distance to the tool is
+ * bounded from below by a polynomial,
  *
- * Two functions stand for the distance. To a ring with a round corner: distance to a circle, less
- * the corner radius; its derivatives along unit steps are at most 1, 1/D + 1/r and
- * 1.2/D^2 + 3/(D r) + 1.2/r^2 (D: to the circle, r: to the axis). To anything convex: the tangent
- * plane at the nearest point, which lies behind it everywhere. */
+ *     distance + g p + 1/2 p H p - cubic |p|^3        for |p| up to some reach.
+ *
+ * At a contact distance is 0 and g leads out of the item or vanishes; where H is positive the
+ * contact's whole neighbourhood, its basin, is clear: one surface point proves what tangent planes
+ * would need thousands of small cells for. The same polynomial bounds single cells in the long
+ * flat valleys where no basin is wide.
+ *
+ * To a convex element the distance is at least that to its tangent plane at the nearest point: then
+ * g and H are those of the surface alone. To a ring with a round corner more is known. With steps
+ * x_n, x_m along the distance's gradient and along the meridian, and t along the ring, the
+ * distance D to the circle is at least
+ *
+ *     D0 + x_n + x_m^2 / (2 (D0 + way)) + k t^2 / 2,       k <= (r - Ro) / (D r) within `way`,
+ *
+ * and k falls by no more than L a step in the meridian's plane; the product x_m t^2 that this makes
+ * is paid for with a share, half, of the meridian's own curvature. So the tool adds no cubic term of its own:
+ * what is left of that comes from the surface's third derivatives and from its bend sideways. */
 #include "core/search.h"
 
-/* A direction in the item's parameters is measured by the speeds at the point of expansion. */
+/* Parameters are measured by the speeds at the point of expansion. */
 typedef struct expansion {
     double distance;
-    double gu, gv, huu, huv, hvv; /* per unit of speed-scaled parameter */
+    double gu, gv;         /* slopes of the distance */
+    double nuu, nuv, nvv;  /* second derivatives along the normal */
+    double mu, mv, bu, bv; /* derivatives along the meridian and along the ring */
     double speed_u, speed_v;
-    double m1, m2, m3; /* |S'|, |S''| there and |S'''| anywhere, for unit steps */
-    bool curved;       /* to the ring; else to the plane */
-    double ring_distance, axis_distance; /* D and r at the point */
-    double height;                       /* above the equator: must stay below 0 when curved */
-    double beyond_flat;                  /* r - ring radius: must stay above 0 on solid tools */
+    double m1, m2, m3;     /* first and second derivatives here, third anywhere: longest */
+    double bend_m, bend_b; /* second derivatives along meridian and ring: largest */
+    bool curved, solid;    /* to the ring, else to the plane; the ring is a solid's corner */
+    double ring_distance, axis_distance, height, ring_radius; /* D0, r0, z0, Ro */
+    double ring_curvature;                                    /* k0 */
 } expansion;
 
+/* The quadratic and cubic part of the bound. */
+typedef struct lower_bound {
+    double huu, huv, hvv, cubic;
+} lower_bound;
+
+/* The largest uu a^2 + 2 uv a b + vv b^2 with a^2 + b^2 = 1. */
 static double mix2(double uu, double uv, double vv) {
-    /* the largest uu a^2 + 2 uv a b + vv b^2 with a^2 + b^2 = 1 */
     return 0.5 * (uu + vv) + hypot(0.5 * (uu - vv), uv);
 }
 
-static bool third_bounds(const btg_part *part, uint32_t item, const btg_surface_point *s,
-                         expansion *x) {
-    x->speed_u = vec_norm(s->su);
-    x->speed_v = vec_norm(s->sv);
-    if (!(x->speed_u > 0 && x->speed_v > 0)) return false;
+static void surface_bounds(const btg_part *part, uint32_t item, const btg_surface_point *s,
+                           expansion *x) {
     double iu = 1 / x->speed_u, iv = 1 / x->speed_v;
-    double uv = fabs(vec_dot(s->su, s->sv)) * iu * iv;
-    x->m1 = sqrt(1 + uv); /* |a Su/|Su| + b Sv/|Sv||, a^2 + b^2 = 1 */
+    x->m1 = sqrt(1 + fabs(vec_dot(s->su, s->sv)) * iu * iv);
     x->m2 = mix2(vec_norm(s->suu) * iu * iu, vec_norm(s->suv) * iu * iv,
                  vec_norm(s->svv) * iv * iv);
     x->m3 = 0;
@@ -47,75 +59,108 @@ static bool third_bounds(const btg_part *part, uint32_t item, const btg_surface_
         x->m3 = t[0] * iu * iu * iu + 1.16 * t[1] * iu * iu * iv + 1.16 * t[2] * iu * iv * iv +
                 t[3] * iv * iv * iv;
     }
-    return true;
 }
 
-static void second_order(const btg_surface_point *s, const btg_ray_distance *d, expansion *x) {
+static double bend_along(const btg_surface_point *s, btg_vec3 direction, const expansion *x) {
     double iu = 1 / x->speed_u, iv = 1 / x->speed_v;
-    x->distance = d->distance;
-    x->gu = vec_dot(d->normal, s->su) * iu;
-    x->gv = vec_dot(d->normal, s->sv) * iv;
-    x->huu = vec_dot(d->normal, s->suu);
-    x->huv = vec_dot(d->normal, s->suv);
-    x->hvv = vec_dot(d->normal, s->svv);
-    if (x->curved) {
-        double ru = vec_dot(d->ring_tangent, s->su), rv = vec_dot(d->ring_tangent, s->sv);
-        double mu = vec_dot(d->meridian_tangent, s->su);
-        double mv = vec_dot(d->meridian_tangent, s->sv);
-        x->huu += d->ring_curvature * ru * ru + d->meridian_curvature * mu * mu;
-        x->huv += d->ring_curvature * ru * rv + d->meridian_curvature * mu * mv;
-        x->hvv += d->ring_curvature * rv * rv + d->meridian_curvature * mv * mv;
-    }
-    x->huu *= iu * iu;
-    x->huv *= iu * iv;
-    x->hvv *= iv * iv;
+    return mix2(fabs(vec_dot(direction, s->suu)) * iu * iu,
+                fabs(vec_dot(direction, s->suv)) * iu * iv,
+                fabs(vec_dot(direction, s->svv)) * iv * iv);
 }
 
 /* Expands the distance to an element about a point of an item; false: nothing smooth there. */
 static bool expand(const btg_search *search, const btg_tool_element *e, uint32_t item,
                    const btg_surface_point *s, expansion *x) {
     btg_ray_distance d = btg_ray_tool_distance(e, search->at, s->s);
-    if (!third_bounds(search->part, item, s, x)) return false;
+    x->speed_u = vec_norm(s->su);
+    x->speed_v = vec_norm(s->sv);
+    if (!(x->speed_u > 0 && x->speed_v > 0)) return false;
+    x->curved = e->corner_radius_mm > 0 && d.meridian_curvature > 0;
+    x->solid = !e->hollow;
+    if (!x->curved && e->hollow) return false;
+    surface_bounds(search->part, item, s, x);
+    double iu = 1 / x->speed_u, iv = 1 / x->speed_v;
+    x->distance = d.distance;
+    x->gu = vec_dot(d.normal, s->su) * iu;
+    x->gv = vec_dot(d.normal, s->sv) * iv;
+    x->nuu = vec_dot(d.normal, s->suu) * iu * iu;
+    x->nuv = vec_dot(d.normal, s->suv) * iu * iv;
+    x->nvv = vec_dot(d.normal, s->svv) * iv * iv;
+    if (!x->curved) return true;
+    x->mu = vec_dot(d.meridian_tangent, s->su) * iu;
+    x->mv = vec_dot(d.meridian_tangent, s->sv) * iv;
+    x->bu = vec_dot(d.ring_tangent, s->su) * iu;
+    x->bv = vec_dot(d.ring_tangent, s->sv) * iv;
+    x->bend_m = bend_along(s, d.meridian_tangent, x);
+    x->bend_b = bend_along(s, d.ring_tangent, x);
     btg_vec3 arm = vec_sub(s->s, search->at.centre);
     double height = vec_dot(arm, search->at.axis);
     x->axis_distance = vec_norm(vec_mad(arm, search->at.axis, -height));
     x->height = height - e->from_mm;
-    x->beyond_flat = e->hollow ? INFINITY : x->axis_distance - e->ring_radius_mm;
+    x->ring_radius = e->ring_radius_mm;
     x->ring_distance = d.distance + e->corner_radius_mm;
-    x->curved = e->corner_radius_mm > 0 && d.meridian_curvature > 0;
-    if (!x->curved && e->hollow) return false;
-    second_order(s, &d, x);
+    x->ring_curvature = d.ring_curvature;
     return true;
 }
 
-/* Bound of the third derivative for steps up to `reach`, the circle no nearer than ring_low;
- * INFINITY where the expansion does not hold that far. */
-static double third_derivative(const expansion *x, double reach, double ring_low) {
-    double m2 = x->m2 + x->m3 * reach, m1 = x->m1 + m2 * reach;
-    if (!x->curved) return x->m3;
-    double way = m1 * reach, r = x->axis_distance - way;
-    if (x->height + way > 0 || x->beyond_flat - way < 0) return INFINITY;
-    if (!(ring_low > 0) || r < 0.25 * x->axis_distance) return INFINITY;
-    double i = 1 / ring_low, k = 1 / r;
-    return (1.2 * i * i + 3 * i * k + 1.2 * k * k) * m1 * m1 * m1 + 3 * (i + k) * m1 * m2 + x->m3;
+/* The ring's part of the bound (see above); false where it does not hold that far. */
+static bool add_ring(const expansion *x, double reach, lower_bound *out) {
+    double second = x->m2 + x->m3 * reach;
+    double way = (x->m1 + 0.5 * second * reach) * reach;
+    double r = x->axis_distance - way, ring = x->ring_distance - way, ro = x->ring_radius;
+    if (x->height + way > 0 || !(r > 0.25 * x->axis_distance) || !(ring > 0)) return false;
+    if (x->solid && r < ro) return false;
+    /* k rises with r where z^2 Ro >= (r - Ro)^3: then its least is on the way in, not aside */
+    double off = fabs(x->axis_distance - ro) + way, z = x->height + way;
+    if (z * z * ro < off * off * off) return false;
+    double l = (1 + off / r + off / ring) / (ring * r);
+    double c = 1 / (x->ring_distance + way);
+    double along = (hypot(x->gu, x->gv) + 0.5 * second * reach) * reach;
+    double k = x->ring_curvature - l * along - l * l * way * way / (2 * c);
+    out->huu += 0.5 * c * x->mu * x->mu + k * x->bu * x->bu;
+    out->huv += 0.5 * c * x->mu * x->mv + k * x->bu * x->bv;
+    out->hvv += 0.5 * c * x->mv * x->mv + k * x->bv * x->bv;
+    double bend_m = x->bend_m + x->m3 * reach, bend_b = x->bend_b + x->m3 * reach;
+    out->cubic += 0.25 * c * x->m1 * bend_m +
+                  0.5 * fabs(k) * (x->m1 * bend_b + 0.25 * bend_b * bend_b * reach);
+    return true;
+}
+
+static bool bound_within(const expansion *x, double reach, lower_bound *out) {
+    *out = (lower_bound){x->nuu, x->nuv, x->nvv, x->m3 / 6};
+    return !x->curved || add_ring(x, reach, out);
+}
+
+/* A cell in speed-scaled parameters about a point of expansion. */
+typedef struct frame_box {
+    double low_u, high_u, low_v, high_v;
+} frame_box;
+
+/* The cell's box about a place, a triangle's about all of it. */
+static frame_box box_about(const btg_part *part, const btg_cell *cell, btg_place place,
+                           double speed_u, double speed_v) {
+    double low_u = cell->u - cell->hu, high_u = cell->u + cell->hu;
+    double low_v = cell->v - cell->hv, high_v = cell->v + cell->hv;
+    if (btg_cell_is_triangle(part, cell)) {
+        low_u = fmin(cell->u, high_u);
+        low_v = fmin(cell->v, high_v);
+        high_u = low_u + fabs(cell->hu);
+        high_v = low_v + fabs(cell->hv);
+    }
+    return (frame_box){(low_u - place.u) * speed_u, (high_u - place.u) * speed_u,
+                       (low_v - place.v) * speed_v, (high_v - place.v) * speed_v};
 }
 
 /* ---- basins ------------------------------------------------------------------------------- */
 
-static double least_eigenvalue(double a, double b, double c) {
-    return 0.5 * (a + c) - hypot(0.5 * (a - c), b);
-}
-
 /* Clear for all steps up to `reach` into the item: slopes into it (at its edges) are turned into
  * curvature, g t >= (g / reach) t^2. */
 static bool basin_holds(const expansion *x, double reach, double slope_u, double slope_v) {
-    /* Where phi >= 0 the circle is at least a corner radius away; a first point with phi < 0
-     * would have to be reached through such points. */
-    double third = third_derivative(x, reach, x->ring_distance);
-    if (!(third < INFINITY)) return false;
-    double least = least_eigenvalue(x->huu + 2 * slope_u / reach, x->huv,
-                                    x->hvv + 2 * slope_v / reach);
-    return least >= third * reach / 3;
+    lower_bound b;
+    if (!bound_within(x, reach, &b)) return false;
+    double uu = b.huu + 2 * slope_u / reach, vv = b.hvv + 2 * slope_v / reach;
+    double least = 0.5 * (uu + vv) - hypot(0.5 * (uu - vv), b.huv);
+    return least >= 2 * b.cubic * reach;
 }
 
 btg_basin btg_basin_make(const btg_search *search, btg_place place, uint32_t element) {
@@ -150,63 +195,92 @@ bool btg_basin_covers(const btg_search *search, const btg_basin *basin,
     const btg_cell *cell = &region->cell;
     if (region->node != BTG_REGION_CELL || cell->item != basin->place.item) return false;
     if (!(basin->reach > 0)) return false;
-    double low_u = cell->u - cell->hu, low_v = cell->v - cell->hv;
-    double high_u = cell->u + cell->hu, high_v = cell->v + cell->hv;
-    if (btg_cell_is_triangle(search->part, cell)) {
-        low_u = fmin(cell->u, high_u);
-        low_v = fmin(cell->v, high_v);
-        high_u = low_u + fabs(cell->hu);
-        high_v = low_v + fabs(cell->hv);
-    }
-    double du = fmax(basin->place.u - low_u, high_u - basin->place.u) * basin->speed_u;
-    double dv = fmax(basin->place.v - low_v, high_v - basin->place.v) * basin->speed_v;
+    frame_box b = box_about(search->part, cell, basin->place, basin->speed_u, basin->speed_v);
+    double du = fmax(-b.low_u, b.high_u), dv = fmax(-b.low_v, b.high_v);
     return du * du + dv * dv <= basin->reach * basin->reach;
 }
 
 /* ---- cells -------------------------------------------------------------------------------- */
 
-/* The least of g t + h t^2 / 2 for |t| <= a. */
-static double least_on_line(double g, double h, double a) {
-    double ends = 0.5 * h * a * a - fabs(g) * a;
-    if (h > 0 && fabs(g) < h * a) return -0.5 * g * g / h;
-    return ends < 0 ? ends : 0;
+static double clamp(double x, double low, double high) {
+    return x < low ? low : (x > high ? high : x);
 }
 
-/* The least of the polynomial over |pu| <= a, |pv| <= b: inside, or on one of four sides. */
-static double least_on_box(const expansion *x, double a, double b) {
-    double least = 0;
-    for (int side = -1; side <= 1; side += 2) {
-        double u = side * a, v = side * b;
-        double on_u = x->gu * u + 0.5 * x->huu * u * u +
-                      least_on_line(x->gv + x->huv * u, x->hvv, b);
-        double on_v = x->gv * v + 0.5 * x->hvv * v * v +
-                      least_on_line(x->gu + x->huv * v, x->huu, a);
-        least = fmin(least, fmin(on_u, on_v));
+/* Where g t + h t^2 / 2 is least on low <= t <= high. */
+static double least_on_line(double g, double h, double low, double high) {
+    if (h > 0) return clamp(-g / h, low, high);
+    double at_low = (g + 0.5 * h * low) * low, at_high = (g + 0.5 * h * high) * high;
+    return at_low < at_high ? low : high;
+}
+
+static double polynomial(const expansion *x, const lower_bound *h, double u, double v) {
+    return (x->gu + 0.5 * h->huu * u + h->huv * v) * u + (x->gv + 0.5 * h->hvv * v) * v;
+}
+
+/* Where g p + 1/2 p H p is least in the box: inside, or on one of four sides. Returns the least. */
+static double least_in_box(const expansion *x, const lower_bound *h, const frame_box *b,
+                           double *at_u, double *at_v) {
+    double u[5], v[5], best = INFINITY;
+    double det = h->huu * h->hvv - h->huv * h->huv;
+    bool inside = h->huu > 0 && det > 0;
+    u[4] = inside ? (h->huv * x->gv - h->hvv * x->gu) / det : 0;
+    v[4] = inside ? (h->huv * x->gu - h->huu * x->gv) / det : 0;
+    inside = inside && u[4] >= b->low_u && u[4] <= b->high_u && v[4] >= b->low_v &&
+             v[4] <= b->high_v;
+    u[0] = b->low_u;
+    u[1] = b->high_u;
+    v[2] = b->low_v;
+    v[3] = b->high_v;
+    for (int i = 0; i < 2; i++)
+        v[i] = least_on_line(x->gv + h->huv * u[i], h->hvv, b->low_v, b->high_v);
+    for (int i = 2; i < 4; i++)
+        u[i] = least_on_line(x->gu + h->huv * v[i], h->huu, b->low_u, b->high_u);
+    for (int i = inside ? 4 : 0; i < (inside ? 5 : 4); i++) {
+        double value = polynomial(x, h, u[i], v[i]);
+        if (!(value < best)) continue;
+        best = value;
+        *at_u = u[i];
+        *at_v = v[i];
     }
-    double det = x->huu * x->hvv - x->huv * x->huv;
-    if (x->huu > 0 && det > 0) {
-        double u = (x->huv * x->gv - x->hvv * x->gu) / det;
-        double v = (x->huv * x->gu - x->huu * x->gv) / det;
-        if (fabs(u) <= a && fabs(v) <= b) least = fmin(least, 0.5 * (x->gu * u + x->gv * v));
+    return best;
+}
+
+/* The bound over a cell from an expansion at one of its places; and where it would be best
+ * expanded: the nearest point by the Taylor polynomial. */
+static bool clear_from(const btg_search *search, const expansion *x, const frame_box *b,
+                       double *to_u, double *to_v) {
+    double reach = hypot(fmax(-b->low_u, b->high_u), fmax(-b->low_v, b->high_v)), u, v;
+    lower_bound h;
+    *to_u = *to_v = 0;
+    if (!bound_within(x, reach, &h)) return false;
+    double error = h.cubic * reach * reach * reach;
+    if (x->distance + least_in_box(x, &h, b, &u, &v) - error >= -search->tolerance) return true;
+    lower_bound taylor = {x->nuu, x->nuv, x->nvv, 0};
+    if (x->curved) {
+        double c = 1 / x->ring_distance, k = x->ring_curvature;
+        taylor.huu += c * x->mu * x->mu + k * x->bu * x->bu;
+        taylor.huv += c * x->mu * x->mv + k * x->bu * x->bv;
+        taylor.hvv += c * x->mv * x->mv + k * x->bv * x->bv;
     }
-    return least;
+    least_in_box(x, &taylor, b, to_u, to_v);
+    return false;
 }
 
 bool btg_cell_clear_to_second_order(const btg_search *search, const btg_region *region,
                                     const btg_tool_element *e) {
-    const btg_cell *cell = &region->cell;
-    btg_place place = btg_cell_place(search->part, cell);
-    btg_surface_point s;
-    btg_part_point(search->part, place, &s);
-    expansion x;
-    if (!expand(search, e, cell->item, &s, &x)) return false;
-    /* a triangle's box about its centroid */
-    double wide = btg_cell_is_triangle(search->part, cell) ? 2.0 / 3 : 1;
-    double a = fabs(cell->hu) * wide * x.speed_u, b = fabs(cell->hv) * wide * x.speed_v;
-    double reach = sqrt(a * a + b * b);
-    double low = x.ring_distance - region->radius;
-    double third = third_derivative(&x, reach, low);
-    if (!(third < INFINITY)) return false;
-    double bound = x.distance + least_on_box(&x, a, b) - third * reach * reach * reach / 6;
-    return bound >= -search->tolerance;
+    const btg_part *part = search->part;
+    btg_place place = btg_cell_place(part, &region->cell);
+    for (int i = 0; i < 2; i++) {
+        btg_surface_point s;
+        expansion x;
+        double to_u, to_v;
+        btg_part_point(part, place, &s);
+        if (!expand(search, e, place.item, &s, &x)) return false;
+        if (x.distance < -search->tolerance) return false;
+        frame_box b = box_about(part, &region->cell, place, x.speed_u, x.speed_v);
+        if (clear_from(search, &x, &b, &to_u, &to_v)) return true;
+        place.u += to_u / x.speed_u;
+        place.v += to_v / x.speed_v;
+    }
+    return false;
 }
