@@ -62,6 +62,19 @@ static double bound_by_plane(const btg_search *search, const btg_region *region,
     return low - hollow_bend(search, region, e, d, point);
 }
 
+/* Under the hollow: the bound by the region's extent in radius and height. Near the axis, where the
+ * ring bends most, nothing else is any use. */
+static double bound_by_extent(const btg_search *search, const btg_region *region,
+                              const btg_tool_element *e) {
+    btg_vec3 arm = vec_sub(region->cell.centre, search->at.centre), axis = search->at.axis;
+    double height = vec_dot(arm, axis), r = vec_norm(vec_mad(arm, axis, -height));
+    double in = e->ring_radius_mm - r - region->radius;
+    double low = -(height + btg_region_reach(search, region, axis));
+    if (in < 0) in = 0;
+    if (low < 0) low = 0;
+    return sqrt(in * in + low * low) - e->corner_radius_mm;
+}
+
 /* The least of 1/2 h t^2 + g t over |t| <= 1. */
 static double least_place(double g, double h) {
     if (h > fabs(g)) return -g / h;
@@ -120,6 +133,7 @@ static bool clear_as_placed(const btg_search *search, const btg_region *region,
     if (d.distance < -search->tolerance) return false;
     double low = bound_by_plane(search, region, e, &d, region->cell.centre);
     if (low >= -search->tolerance) return true;
+    if (e->hollow && bound_by_extent(search, region, e) >= -search->tolerance) return true;
     if (region->node != BTG_REGION_CELL) return false;
     btg_vec3 nearest = nearest_on_figure(search, region, &d);
     btg_ray_distance near = btg_ray_tool_distance(e, search->at, nearest);
