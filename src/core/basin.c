@@ -103,10 +103,18 @@ static bool expand(const btg_search *search, const btg_tool_element *e, uint32_t
     return true;
 }
 
+/* How far steps of up to `u` and `v` lead: |p| at most `reach`. */
+typedef struct span {
+    double u, v, reach;
+} span;
+
 /* The ring's part of the bound (see above); false where it does not hold that far. */
-static bool add_ring(const expansion *x, double reach, lower_bound *out) {
-    double second = x->m2 + x->m3 * reach;
-    double way = (x->m1 + 0.5 * second * reach) * reach;
+static bool add_ring(const expansion *x, const span *p, lower_bound *out) {
+    double bow = 0.5 * p->reach * p->reach, third = x->m3 * p->reach;
+    double bend_m = x->bend_m + third, bend_b = x->bend_b + third, second = x->m2 + third;
+    double along = fabs(x->gu) * p->u + fabs(x->gv) * p->v + bow * second;
+    double way = along + fabs(x->mu) * p->u + fabs(x->mv) * p->v + bow * bend_m;
+    double aside = fabs(x->bu) * p->u + fabs(x->bv) * p->v + bow * bend_b;
     double r = x->axis_distance - way, ring = x->ring_distance - way, ro = x->ring_radius;
     if (x->height + way > 0 || !(r > 0.25 * x->axis_distance) || !(ring > 0)) return false;
     if (x->solid && r < ro) return false;
@@ -115,20 +123,18 @@ static bool add_ring(const expansion *x, double reach, lower_bound *out) {
     if (z * z * ro < off * off * off) return false;
     double l = (1 + off / r + off / ring) / (ring * r);
     double c = 1 / (x->ring_distance + way);
-    double along = (hypot(x->gu, x->gv) + 0.5 * second * reach) * reach;
-    double k = x->ring_curvature - l * along - l * l * way * way / (2 * c);
+    double k = x->ring_curvature - l * along - l * l * aside * aside / (2 * c);
     out->huu += 0.5 * c * x->mu * x->mu + k * x->bu * x->bu;
     out->huv += 0.5 * c * x->mu * x->mv + k * x->bu * x->bv;
     out->hvv += 0.5 * c * x->mv * x->mv + k * x->bv * x->bv;
-    double bend_m = x->bend_m + x->m3 * reach, bend_b = x->bend_b + x->m3 * reach;
     out->cubic += 0.25 * c * x->m1 * bend_m +
-                  0.5 * fabs(k) * (x->m1 * bend_b + 0.25 * bend_b * bend_b * reach);
+                  0.5 * fabs(k) * (x->m1 * bend_b + 0.25 * bend_b * bend_b * p->reach);
     return true;
 }
 
-static bool bound_within(const expansion *x, double reach, lower_bound *out) {
+static bool bound_within(const expansion *x, const span *p, lower_bound *out) {
     *out = (lower_bound){x->nuu, x->nuv, x->nvv, x->m3 / 6};
-    return !x->curved || add_ring(x, reach, out);
+    return !x->curved || add_ring(x, p, out);
 }
 
 /* A cell in speed-scaled parameters about a point of expansion. */
@@ -157,7 +163,7 @@ static frame_box box_about(const btg_part *part, const btg_cell *cell, btg_place
  * curvature, g t >= (g / reach) t^2. */
 static bool basin_holds(const expansion *x, double reach, double slope_u, double slope_v) {
     lower_bound b;
-    if (!bound_within(x, reach, &b)) return false;
+    if (!bound_within(x, &(span){reach, reach, reach}, &b)) return false;
     double uu = b.huu + 2 * slope_u / reach, vv = b.hvv + 2 * slope_v / reach;
     double least = 0.5 * (uu + vv) - hypot(0.5 * (uu - vv), b.huv);
     return least >= 2 * b.cubic * reach;
@@ -249,12 +255,15 @@ static double least_in_box(const expansion *x, const lower_bound *h, const frame
  * expanded: the nearest point by the Taylor polynomial. */
 static bool clear_from(const btg_search *search, const expansion *x, const frame_box *b,
                        double *to_u, double *to_v) {
-    double reach = hypot(fmax(-b->low_u, b->high_u), fmax(-b->low_v, b->high_v)), u, v;
+    span p = {fmax(-b->low_u, b->high_u), fmax(-b->low_v, b->high_v), 0};
+    p.reach = sqrt(p.u * p.u + p.v * p.v);
     lower_bound h;
-    *to_u = *to_v = 0;
-    if (!bound_within(x, reach, &h)) return false;
-    double error = h.cubic * reach * reach * reach;
-    if (x->distance + least_in_box(x, &h, b, &u, &v) - error >= -search->tolerance) return true;
+    double u, v;
+    if (bound_within(x, &p, &h)) {
+        double error = h.cubic * p.reach * p.reach * p.reach;
+        if (x->distance + least_in_box(x, &h, b, &u, &v) - error >= -search->tolerance)
+            return true;
+    }
     lower_bound taylor = {x->nuu, x->nuv, x->nvv, 0};
     if (x->curved) {
         double c = 1 / x->ring_distance, k = x->ring_curvature;

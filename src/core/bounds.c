@@ -13,7 +13,7 @@
 
 /* Cells below this part of the tool's radius are worth their Taylor polynomial: the third-order
  * error of larger ones outweighs what it wins. */
-#define SECOND_ORDER_BELOW 0.2
+#define SECOND_ORDER_BELOW 0.08
 
 double btg_region_reach(const btg_search *search, const btg_region *region, btg_vec3 n) {
     if (region->node == BTG_REGION_CELL) return btg_cell_reach(search->part, &region->cell, n);
@@ -140,6 +140,7 @@ static bool clear_as_placed(const btg_search *search, const btg_region *region,
     low = bound_by_plane(search, region, e, &near, nearest);
     if (low >= -search->tolerance) return true;
     return region->radius < SECOND_ORDER_BELOW * (e->ring_radius_mm + e->corner_radius_mm) &&
+           near.distance >= -btg_cell_bend(search->part, &region->cell) &&
            btg_cell_clear_to_second_order(search, region, e);
 }
 

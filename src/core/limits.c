@@ -35,12 +35,13 @@ static void offer_sheet(btg_search *search, btg_place place) {
     }
 }
 
-/* The place with the largest value on a ring about P, on P's own sheet. */
-static bool best_on_ring(const btg_search *search, const btg_surface_point *p, double length,
-                         btg_place *best_place) {
+/* The largest value on a ring about P, on P's own sheet, and its place; -INFINITY where no ray
+ * meets the tool. */
+static double best_on_ring(const btg_search *search, const btg_surface_point *p, double length,
+                           btg_place *best_place) {
     double uu = vec_norm2(p->su), vv = vec_norm2(p->sv), uv = vec_dot(p->su, p->sv);
     double det = uu * vv - uv * uv, best = -INFINITY;
-    if (!(det > 1e-12 * uu * vv)) return false;
+    if (!(det > 1e-12 * uu * vv)) return best;
     btg_place o = search->p_place;
     for (int k = 0; k < RING_DIRECTIONS; k++) {
         double angle = 2 * BTG_PI * k / RING_DIRECTIONS;
@@ -54,19 +55,23 @@ static bool best_on_ring(const btg_search *search, const btg_surface_point *p, d
         best = hit.value;
         *best_place = at;
     }
-    return best > -INFINITY;
+    return best;
 }
 
 /* Where the tilt is nearly osculating the value rises from P in a valley, by less than the
- * search's clearance shows: starts on rings around P find its top. */
+ * search's clearance shows: starts on rings about P, those above their neighbours, find its
+ * tops. */
 static void rings(btg_search *search) {
     btg_surface_point p;
     btg_part_point(search->part, search->p_place, &p);
-    double length = 2 * sqrt(search->query.p_clearance2);
-    for (int i = 0; i < RINGS; i++, length *= 3) {
-        btg_place start;
-        if (best_on_ring(search, &p, length, &start)) btg_search_polish(search, start);
-    }
+    double length = 2 * sqrt(search->query.p_clearance2), value[RINGS + 2];
+    btg_place start[RINGS + 1];
+    value[0] = value[RINGS + 1] = -INFINITY;
+    for (int i = 1; i <= RINGS; i++, length *= 3)
+        value[i] = best_on_ring(search, &p, length, &start[i]);
+    for (int i = 1; i <= RINGS; i++)
+        if (value[i] > -INFINITY && value[i] >= value[i - 1] && value[i] >= value[i + 1])
+            btg_search_polish(search, start[i]);
 }
 
 void btg_search_near_p(btg_search *search) {

@@ -140,7 +140,8 @@ void btg_search_polish(btg_search *search, btg_place from) {
              * distance to the contact. */
             bool closing = newton && half == 0 && length < 0.5 * last &&
                            other.value > hit.value - rounding;
-            if (!closing && other.value <= hit.value) continue;
+            if (!closing && fabs(other.value - hit.value) <= rounding) break;
+            if (!closing && other.value < hit.value) continue;
             last = length;
             at = next;
             s = t;
