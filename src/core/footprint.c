@@ -6,9 +6,9 @@
 
 #define FOOTPRINT_DEF_VERSION 1
 
-/* A last step shorter than this share of a step is rounding, not a step: 1e-9 of the usual 2 mm
- * is far below any machine's resolution, and far above the rounding of counts up to 1e6. */
-#define STEP_ROUNDING 1e-9
+/* A last step of this share of a step, or less, may be rounding: extents come from files in single
+ * precision, whose rounding counts up to it. No machine follows steps a thousand times longer. */
+#define SLIVER 1e-3
 
 btg_footprint_def btg_footprint_def_default(void) {
     btg_footprint_def def;
@@ -27,7 +27,7 @@ static uint32_t stations(double min, double max, double step) {
     if (!(steps < BTG_FOOTPRINT_MAX)) return BTG_FOOTPRINT_MAX + 1;
     double whole = floor(steps);
     double rest = length - whole * step;
-    double rounding = STEP_ROUNDING * step + 4 * DBL_EPSILON * (fabs(min) + fabs(max));
+    double rounding = fmin(FLT_EPSILON * (fabs(min) + fabs(max)), SLIVER * step);
     if (rest > rounding) whole += 1;
     return (uint32_t)whole + 1;
 }

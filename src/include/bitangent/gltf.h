@@ -30,10 +30,10 @@ BTG_API btg_gltf_def btg_gltf_def_default(void);
  *
  * Exact surfaces come from BITANGENT_tensor_surface on primitives and from
  * KITTYCAD_boundary_representation: a solid whose faces are all whole NURBS surfaces (a face counts
- * as whole without loops, or when its one loop runs over the surface's corners only) takes the place
- * of its node's mesh; root-level surfaces without solids and faces take the place of all meshes.
- * A solid with other faces is its mesh's triangles. A primitive without exact surfaces is its
- * triangles, as they are.
+ * as whole without loops, or when its one loop runs over the surface's corners only) takes the
+ * place of its node's mesh; root-level surfaces without solids and faces take the place of all
+ * meshes. A solid with other faces is its mesh's triangles. A primitive without exact surfaces is
+ * its triangles, as they are.
  *
  * Every byte is treated as hostile. Buffers may lie in the file's own folder and below it, nowhere
  * else; nothing is written, no other file is opened.

@@ -1,0 +1,48 @@
+#define _GNU_SOURCE
+#include "app/app.h"
+#include "core/part.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <time.h>
+
+static void say(const char *option, const char *format, va_list arguments) {
+    char text[1024];
+    btg_message line;
+    vsnprintf(text, sizeof text, format, arguments);
+    btg_fail(&line, BTG_OK, "bitangent: %s%s%s", option ? option : "", option ? ": " : "", text);
+    fprintf(stderr, "%s\n", line.text);
+}
+
+int app_complain(int code, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    say(NULL, format, arguments);
+    va_end(arguments);
+    return code;
+}
+
+bool app_refuse(const char *option, const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    say(option, format, arguments);
+    va_end(arguments);
+    return false;
+}
+
+int app_code(btg_status status) {
+    switch (status) {
+    case BTG_ERROR_MEMORY:
+    case BTG_ERROR_NO_DEVICE:
+    case BTG_ERROR_GOUGE:
+        return APP_FAILED;
+    default:
+        return APP_UNUSABLE;
+    }
+}
+
+double app_seconds(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}

@@ -1,0 +1,222 @@
+#include "app/app.h"
+#include "app/feet.h"
+#include "app/progress.h"
+#include "app/sink.h"
+#include "bitangent/backend.h"
+#include "core/vec.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+/* Entries solved between two looks at the clock: few at first, then as many as take about a tenth
+ * of a second, so that progress is seen whatever the back end's speed. */
+#define CHUNK_MIN    64
+#define CHUNK_MAX    4096
+#define CHUNK_TIME_S 0.1
+
+typedef struct run {
+    path_options options;
+    btg_part *part;
+    btg_tool tool;
+    feet feet;
+    btg_backend *backend;
+    sinks sinks;
+    summary summary;
+    double clear_z_mm;
+    /* The position before the current point; `any`: there is one. */
+    bool any;
+    uint32_t last_pass;
+    btg_position last;
+    btg_message message;
+    /* One chunk. */
+    btg_footprint_point points[CHUNK_MAX];
+    double xy[2 * CHUNK_MAX];
+    btg_position positions[CHUNK_MAX];
+} run;
+
+/* ---- set-up ------------------------------------------------------------------------------- */
+
+static bool same_file(const char *a, const char *b) {
+    struct stat x, y;
+    return a && stat(a, &x) == 0 && stat(b, &y) == 0 && S_ISREG(x.st_mode) &&
+           x.st_dev == y.st_dev && x.st_ino == y.st_ino;
+}
+
+static int check_outputs(const path_options *o) {
+    for (int i = 0; i < o->output_count; i++) {
+        const char *path = o->outputs[i].path;
+        if (!same_file(o->part, path) && !same_file(o->points, path)) continue;
+        return app_complain(APP_UNUSABLE, "-o: '%.200s' is read from; write elsewhere", path);
+    }
+    return APP_DONE;
+}
+
+static int set_up(run *r) {
+    const path_options *o = &r->options;
+    int code = check_outputs(o);
+    if (code != APP_DONE) return code;
+    btg_status status = btg_tool_init(&o->tool, &r->tool, &r->message);
+    if (status == BTG_OK) status = btg_gltf_load(o->part, &o->gltf, &r->part, &r->message);
+    if (status != BTG_OK) return app_complain(app_code(status), "%s", r->message.text);
+    btg_part_get_info(r->part, &r->summary.part);
+    r->clear_z_mm = r->summary.part.box_max.z + o->lift_mm;
+    status = feet_open(&r->feet, o, &r->summary.part, &r->message);
+    if (status != BTG_OK) return app_complain(app_code(status), "%s", r->message.text);
+    btg_backend_def def = btg_backend_def_default();
+    def.name = o->backend;
+    def.threads = o->threads;
+    status = btg_backend_open(&def, r->part, &r->tool, &o->solver, &r->backend, &r->message);
+    if (status != BTG_OK) return app_complain(app_code(status), "%s", r->message.text);
+    status = sinks_open(&r->sinks, o, r->part, &r->tool, r->clear_z_mm, &r->message);
+    if (status == BTG_OK) return APP_DONE;
+    return app_complain(status == BTG_ERROR_FILE ? APP_FAILED : APP_UNUSABLE, "%s",
+                        r->message.text);
+}
+
+/* ---- solving ------------------------------------------------------------------------------ */
+
+/* Fills points from `next` on. A chunk never ends with the lift before a point it lacks: that
+ * lift leans as the point's tool does. */
+static size_t take_chunk(run *r, size_t next, size_t most) {
+    size_t n = r->feet.total - next < most ? r->feet.total - next : most;
+    for (size_t i = 0; i < n; i++)
+        r->points[i] = feet_at(&r->feet, next + i);
+    bool early = n > 1 && r->points[n - 1].lift && r->points[n - 2].pass != r->points[n - 1].pass;
+    return early ? n - 1 : n;
+}
+
+/* `near`: the position that the lift belongs to. */
+static btg_position lift_over(const run *r, btg_footprint_point point, const btg_position *near) {
+    btg_position lift = {.foot_x_mm = point.x_mm, .foot_y_mm = point.y_mm};
+    lift.tip = vec(point.x_mm, point.y_mm, r->clear_z_mm);
+    lift.axis = vec(0, 0, 1);
+    if (near->status == BTG_NO_CONTACT) return lift;
+    double z = btg_post_lift_z(&r->tool, near->axis, r->clear_z_mm);
+    lift.axis = near->axis;
+    lift.tip = vec(near->tip.x, near->tip.y, fmax(z, near->tip.z));
+    return lift;
+}
+
+static int refuse_position(const btg_row *row) {
+    return app_complain(APP_FAILED,
+                        "pass %lu, point %lu, at %.9g, %.9g mm: no answer (%s); try another "
+                        "--tolerance or --backend",
+                        (unsigned long)row->pass, (unsigned long)row->point,
+                        row->position.foot_x_mm, row->position.foot_y_mm, btg_row_status(row));
+}
+
+/* Gives the chunk's rows to the sinks; r->positions answers the points that are no lifts. */
+static int give_chunk(run *r, size_t count) {
+    size_t k = 0;
+    for (size_t i = 0; i < count; i++) {
+        const btg_footprint_point *p = &r->points[i];
+        btg_row row = {.pass = p->pass, .point = p->point, .lift = p->lift != 0};
+        if (p->lift) {
+            bool after = r->any && r->last_pass == p->pass;
+            row.position = lift_over(r, *p, after ? &r->last : &r->positions[k]);
+        } else {
+            row.position = r->last = r->positions[k++];
+            r->last_pass = p->pass;
+            r->any = true;
+            if (row.position.status < 0) return refuse_position(&row);
+        }
+        summary_add(&r->summary, &row);
+        sinks_row(&r->sinks, &row, feet_linked(&r->feet, *p));
+    }
+    return APP_DONE;
+}
+
+static int solve_chunk(run *r, size_t count, double *seconds) {
+    size_t solved = 0;
+    for (size_t i = 0; i < count; i++) {
+        if (r->points[i].lift) continue;
+        r->xy[2 * solved] = r->points[i].x_mm;
+        r->xy[2 * solved + 1] = r->points[i].y_mm;
+        solved++;
+    }
+    double begin = app_seconds();
+    btg_status status = btg_backend_positions(r->backend, r->xy, solved, r->positions, NULL);
+    *seconds = app_seconds() - begin;
+    r->summary.seconds += *seconds;
+    if (status < 0) {
+        return app_complain(APP_FAILED, "back end %s: failed (%s); try another --backend",
+                            btg_backend_name(r->backend), btg_status_name(status));
+    }
+    int code = give_chunk(r, count);
+    if (code != APP_DONE) return code;
+    if (sinks_check(&r->sinks, &r->message) == BTG_OK) return APP_DONE;
+    return app_complain(APP_FAILED, "%s", r->message.text);
+}
+
+static int solve(run *r) {
+    progress bar = progress_begin(r->feet.total, r->options.quiet);
+    size_t chunk = CHUNK_MIN;
+    int code = APP_DONE;
+    for (size_t next = 0; next < r->feet.total && code == APP_DONE;) {
+        double seconds;
+        size_t n = take_chunk(r, next, chunk);
+        code = solve_chunk(r, n, &seconds);
+        next += n;
+        if (seconds < CHUNK_TIME_S / 2 && chunk < CHUNK_MAX) chunk *= 2;
+        if (seconds > CHUNK_TIME_S * 2 && chunk > CHUNK_MIN) chunk /= 2;
+        progress_show(&bar, next);
+    }
+    progress_end(&bar);
+    return code;
+}
+
+/* ---- the end ------------------------------------------------------------------------------ */
+
+static int report(run *r) {
+    const path_options *o = &r->options;
+    btg_output out = btg_output_borrow(r->sinks.standard ? stderr : stdout);
+    if (o->json) {
+        btg_json json = btg_json_to(&out);
+        btg_json_open(&json, NULL, '{');
+        summary_json(&r->summary, &json);
+        btg_json_close(&json, '}');
+        btg_output_text(&out, "\n");
+    } else if (!o->quiet) {
+        summary_print(&r->summary, out.file);
+    }
+    btg_status status = btg_output_finish(&out, &r->message);
+    if (status == BTG_OK) return APP_DONE;
+    return app_complain(APP_FAILED, "%s", r->message.text);
+}
+
+static int finish(run *r) {
+    r->summary.backend = btg_backend_name(r->backend);
+    r->summary.threads = btg_backend_threads(r->backend);
+    if (!summary_contact(&r->summary)) {
+        return app_complain(APP_FAILED,
+                            "%.256s: no position touches the part; check the footprint, "
+                            "--gltf-unit and --up",
+                            r->options.part);
+    }
+    btg_status status = sinks_end(&r->sinks, &r->summary, &r->message);
+    if (status != BTG_OK) return app_complain(APP_FAILED, "%s", r->message.text);
+    return report(r);
+}
+
+int app_path(int count, char **words) {
+    run *r = calloc(1, sizeof *r);
+    if (!r) return app_complain(APP_FAILED, "out of memory");
+    int code = APP_UNUSABLE;
+    if (options_parse(count, words, &r->options)) {
+        r->summary.options = &r->options;
+        if (r->options.help) {
+            code = app_help("path");
+        } else {
+            code = set_up(r);
+            if (code == APP_DONE) code = solve(r);
+            if (code == APP_DONE) code = finish(r);
+        }
+    }
+    sinks_close(&r->sinks);
+    feet_close(&r->feet);
+    btg_backend_close(r->backend);
+    btg_part_destroy(r->part);
+    free(r);
+    return code;
+}

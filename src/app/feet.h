@@ -1,0 +1,22 @@
+/* Where the tool is dropped: a pattern over the part's rectangle, or the points of a file. */
+#ifndef BTG_APP_FEET_H
+#define BTG_APP_FEET_H
+
+#include "app/options.h"
+#include "core/footprint.h"
+
+typedef struct feet {
+    size_t total; /* lifts included */
+    double *xy;   /* points of a file, or NULL: */
+    btg_footprint_layout layout;
+} feet;
+
+/* Errors as points_read and btg_footprint_count. */
+btg_status feet_open(feet *f, const path_options *options, const btg_part_info *part,
+                     btg_message *message);
+void feet_close(feet *f);
+btg_footprint_point feet_at(const feet *f, size_t index);
+/* The tool goes straight to this point from the one before. */
+bool feet_linked(const feet *f, btg_footprint_point point);
+
+#endif

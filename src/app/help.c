@@ -1,0 +1,75 @@
+#include "app/app.h"
+#include "io/output.h"
+
+#include <string.h>
+
+static const char general[] =
+    "bitangent: two-contact, gouge-free positions of a milling cutter on freeform parts\n"
+    "\n"
+    "  bitangent path PART [-o FILE]...   tool path over PART\n"
+    "  bitangent info [--json]            version and back ends\n"
+    "  bitangent help [COMMAND]           this text, or that of a command\n"
+    "  bitangent --version\n"
+    "\n"
+    "Exit status: 0 done, 1 the work failed, 2 the command line or an input is unusable.\n";
+
+static const char path[] =
+    "bitangent path PART [-o FILE]...\n"
+    "\n"
+    "Places the tool over PART, a glTF file (.gltf, .glb): dropped onto each footprint point, "
+    "then\n"
+    "tilted until it touches a second time. Millimetres and degrees, z up.\n"
+    "\n"
+    "  -o, --output FILE       .csv, .json, .cl (APT) or .png; repeat for more. KIND:FILE\n"
+    "                          names the kind where the ending does not: csv:/dev/stdout, csv:-\n"
+    "tool\n"
+    "  --tool RO,RI[,PROFILE]  major and minor radius; toroidal (round inserts, hollow) or\n"
+    "                          bullnose (solid); default 6.7,6,toroidal\n"
+    "  --shank R,FROM,TO       cylinder that must not collide, heights over the torus centre\n"
+    "  --holder R,FROM,TO      the same, up to 8 of them\n"
+    "footprint, over the part's extent in x and y\n"
+    "  --footprint KIND        parallel (default): passes along y; zigzag: every second one back;\n"
+    "                          one-way[:LIFT]: with a retract at both ends, the tool LIFT mm\n"
+    "                          (default 20) over the part's top; points:FILE: two columns, x y\n"
+    "  --side-step MM          between passes, default 18\n"
+    "  --forward-step MM       along a pass, default 2\n"
+    "solving\n"
+    "  --method vcrf           vertical and circular rays\n"
+    "  --backend NAME          auto (default), or one that 'bitangent info' says is ready\n"
+    "  --spin none|fixed:DEG   turn about the normal at the first contact; default none\n"
+    "  --max-tilt DEG          0 to 90, default 45\n"
+    "  --tolerance MM          error allowed in height and clearance, default 0.001\n"
+    "  --node-budget N         most nodes a search visits, default 1000000; what it ends with is\n"
+    "                          safe, and marked budget\n"
+    "  --threads N             default: as many as the machine has\n"
+    "the part's file\n"
+    "  --gltf-unit m|mm        default m\n"
+    "  --up y|z                default y: x = X, y = -Z, z = Y\n"
+    "  --use-mesh              ignore exact surfaces, take the triangles\n"
+    "output\n"
+    "  --feed MM_PER_MIN       for .cl, default 1000\n"
+    "  --json                  one JSON object on the standard output instead of the table\n"
+    "  --quiet                 no progress and no table\n"
+    "\n"
+    "The .cl file retracts between passes (not in a zigzag) and where the tool touches nothing.\n";
+
+static const char info[] =
+    "bitangent info [--json]\n"
+    "\n"
+    "Version, and the back ends: not built, built but without a device, or ready.\n";
+
+int app_help(const char *topic) {
+    const char *text = general;
+    btg_message message;
+    if (topic && strcmp(topic, "path") == 0) {
+        text = path;
+    } else if (topic && strcmp(topic, "info") == 0) {
+        text = info;
+    } else if (topic && strcmp(topic, "help") != 0) {
+        return app_complain(APP_UNUSABLE, "no help on '%.200s'; there is path and info", topic);
+    }
+    btg_output out = btg_output_borrow(stdout);
+    btg_output_text(&out, text);
+    if (btg_output_finish(&out, &message) == BTG_OK) return APP_DONE;
+    return app_complain(APP_FAILED, "%s", message.text);
+}

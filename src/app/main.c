@@ -1,0 +1,39 @@
+#include "app/app.h"
+#include "io/output.h"
+
+#include <string.h>
+
+static bool is(const char *word, const char *name) {
+    return strcmp(word, name) == 0;
+}
+
+static int version(void) {
+    btg_message message;
+    btg_output out = btg_output_borrow(stdout);
+    btg_output_format(&out, "bitangent %s\n", btg_version());
+    if (btg_output_finish(&out, &message) == BTG_OK) return APP_DONE;
+    return app_complain(APP_FAILED, "%s", message.text);
+}
+
+static bool is_later_command(const char *word) {
+    return is(word, "verify") || is(word, "bench") || is(word, "plan") || is(word, "view");
+}
+
+int main(int count, char **words) {
+    btg_output_guard();
+    if (count < 2) {
+        return app_complain(APP_UNUSABLE, "no command; give path or info, see 'bitangent help'");
+    }
+    const char *command = words[1];
+    if (is(command, "path")) return app_path(count - 2, words + 2);
+    if (is(command, "info")) return app_info(count - 2, words + 2);
+    if (is(command, "help") || is(command, "--help") || is(command, "-h")) {
+        return app_help(count > 2 ? words[2] : NULL);
+    }
+    if (is(command, "--version")) return version();
+    if (is_later_command(command)) {
+        return app_complain(APP_UNUSABLE, "%s is not in this version; see 'bitangent help'",
+                            command);
+    }
+    return app_complain(APP_UNUSABLE, "unknown command '%.200s'; see 'bitangent help'", command);
+}

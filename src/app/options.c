@@ -1,0 +1,77 @@
+#include "app/options.h"
+#include "app/app.h"
+
+#include <string.h>
+
+static void set_defaults(path_options *o) {
+    memset(o, 0, sizeof *o);
+    o->tool = btg_tool_def_default();
+    o->footprint = btg_footprint_def_default();
+    o->lift_mm = 20.0;
+    o->feed_mm_per_min = 1000.0;
+    o->backend = "auto";
+    o->solver = btg_solver_def_default();
+    o->max_tilt_deg = 45.0;
+    o->gltf = btg_gltf_def_default();
+}
+
+static const option *find(const char *word, size_t size) {
+    for (size_t i = 0; i < path_option_count; i++) {
+        const char *name = path_option_list[i].name;
+        if (strlen(name) == size && strncmp(word, name, size) == 0) return &path_option_list[i];
+    }
+    return NULL;
+}
+
+static bool take_part(path_options *o, const char *word) {
+    if (word[0] == '\0') return app_refuse("path", "the part's name is empty");
+    if (o->part) {
+        return app_refuse("path", "two parts, '%.200s' and '%.200s'; give one", o->part, word);
+    }
+    o->part = word;
+    return true;
+}
+
+/* words[*i] is an option; its value may be the word after it, or follow a `=`. */
+static bool take_option(path_options *o, int count, char **words, int *i) {
+    char *word = words[*i];
+    const char *equals = strncmp(word, "--", 2) == 0 ? strchr(word, '=') : NULL;
+    size_t size = equals ? (size_t)(equals - word) : strlen(word);
+    const option *found = find(word, size);
+    if (!found) {
+        return app_refuse("path", "unknown option '%.200s'; see 'bitangent help path'", word);
+    }
+    if (found->flag) {
+        if (equals) return app_refuse(found->name, "takes no value");
+        return found->set(o, found->name, NULL);
+    }
+    const char *value = equals ? equals + 1 : NULL;
+    if (!value) {
+        if (*i + 1 >= count) {
+            return app_refuse(found->name, "needs a value; see 'bitangent help path'");
+        }
+        value = words[++*i];
+    }
+    return found->set(o, found->name, value);
+}
+
+bool options_parse(int count, char **words, path_options *options) {
+    bool only_parts = false;
+    set_defaults(options);
+    for (int i = 0; i < count && !options->help; i++) {
+        const char *word = words[i];
+        bool taken;
+        if (!only_parts && strcmp(word, "--") == 0) {
+            only_parts = true;
+            continue;
+        }
+        if (!only_parts && word[0] == '-' && word[1] != '\0') {
+            taken = take_option(options, count, words, &i);
+        } else {
+            taken = take_part(options, word);
+        }
+        if (!taken) return false;
+    }
+    if (options->help || options->part) return true;
+    return app_refuse("path", "no part; give a glTF file, see 'bitangent help path'");
+}

@@ -1,0 +1,48 @@
+/* The command line of `bitangent path`. */
+#ifndef BTG_APP_OPTIONS_H
+#define BTG_APP_OPTIONS_H
+
+#include "bitangent/gltf.h"
+#include "io/output.h"
+
+typedef enum output_kind { OUTPUT_CSV, OUTPUT_JSON, OUTPUT_CL, OUTPUT_PNG } output_kind;
+
+typedef struct output_choice {
+    output_kind kind;
+    const char *path;
+} output_choice;
+
+typedef struct path_options {
+    bool help; /* help was asked for: nothing else counts */
+    const char *part;
+    output_choice outputs[BTG_OUTPUT_MAX];
+    int output_count;
+
+    btg_tool_def tool;
+    btg_footprint_def footprint; /* the rectangle is filled in later */
+    const char *points;          /* file of footprint points, or NULL */
+    double lift_mm;              /* clearance of retracts over the part's top */
+    double feed_mm_per_min;
+
+    const char *backend;
+    uint32_t threads; /* 0: as many as there are */
+    btg_solver_def solver;
+    double spin_deg, max_tilt_deg; /* as typed, for the summary */
+    btg_gltf_def gltf;
+    bool json, quiet;
+} path_options;
+
+/* False: a line on stderr says why. */
+bool options_parse(int count, char **words, path_options *options);
+
+/* One option (options_set.c): its name, and what takes its value (NULL for those without). */
+typedef struct option {
+    const char *name;
+    bool (*set)(path_options *options, const char *name, const char *value);
+    bool flag; /* takes no value */
+} option;
+
+extern const option path_option_list[];
+extern const size_t path_option_count;
+
+#endif

@@ -1,0 +1,341 @@
+/* What each option of `bitangent path` takes. */
+#include "app/app.h"
+#include "app/number.h"
+#include "app/options.h"
+#include "bitangent/backend.h"
+#include "core/vec.h"
+#include "io/picture.h"
+
+#include <string.h>
+#include <strings.h>
+
+static bool later(const char *name, const char *value) {
+    return app_refuse(name, "'%.100s' is not in this version; see 'bitangent help path'", value);
+}
+
+static bool one_of(const char *value, const char *const *known, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        if (strcmp(value, known[i]) == 0) return true;
+    }
+    return false;
+}
+
+#define ONE_OF(value, known) one_of(value, known, sizeof(known) / sizeof((known)[0]))
+
+static bool get_number(const char *name, const char *value, double *number) {
+    if (number_parse(value, strlen(value), number)) return true;
+    return app_refuse(name, "'%.100s' is not a number; give one like 2 or 0.5", value);
+}
+
+static bool get_positive(const char *name, const char *value, double *number) {
+    double x;
+    if (!get_number(name, value, &x)) return false;
+    if (x <= 0) return app_refuse(name, "'%.100s' is not above 0", value);
+    *number = x;
+    return true;
+}
+
+/* ---- files -------------------------------------------------------------------------------- */
+
+static bool is_later_kind(const char *ending) {
+    static const char *const known[] = {"ngc", "glb"};
+    for (size_t i = 0; i < 2; i++) {
+        if (strcasecmp(ending, known[i]) == 0) return true;
+    }
+    return false;
+}
+
+static bool find_kind(const char *word, size_t size, output_kind *kind) {
+    static const char *const known[] = {"csv", "json", "cl", "png"};
+    for (size_t i = 0; i < 4; i++) {
+        if (strlen(known[i]) != size || strncasecmp(word, known[i], size) != 0) continue;
+        *kind = (output_kind)i;
+        return true;
+    }
+    return false;
+}
+
+/* FILE with a known ending, or KIND:FILE. */
+static bool set_output(path_options *o, const char *name, const char *value) {
+    output_choice choice = {.path = value};
+    const char *colon = strchr(value, ':');
+    const char *slash = strrchr(value, '/');
+    const char *dot = strrchr(slash ? slash : value, '.');
+    if (o->output_count == BTG_OUTPUT_MAX) {
+        return app_refuse(name, "more than %d files; give fewer", BTG_OUTPUT_MAX);
+    }
+    if (colon && find_kind(value, (size_t)(colon - value), &choice.kind)) {
+        choice.path = colon + 1;
+        if (choice.path[0] == '\0') return app_refuse(name, "no file after '%.100s'", value);
+    } else if (!dot || !find_kind(dot + 1, strlen(dot + 1), &choice.kind)) {
+        if (dot && is_later_kind(dot + 1)) return later(name, dot);
+        return app_refuse(name, "'%.200s' has no known ending; give .csv, .json, .cl or .png",
+                          value);
+    }
+    if (choice.kind == OUTPUT_PNG && !btg_picture_available()) {
+        return app_refuse(name,
+                          "'%.200s': this build draws no pictures; install libcairo2-dev and "
+                          "build again",
+                          value);
+    }
+    for (int i = 0; i < o->output_count; i++) {
+        if (strcmp(o->outputs[i].path, choice.path) == 0) {
+            return app_refuse(name, "'%.200s' is given twice", choice.path);
+        }
+    }
+    o->outputs[o->output_count++] = choice;
+    return true;
+}
+
+/* ---- tool --------------------------------------------------------------------------------- */
+
+static bool check_tool(const path_options *o, const char *name) {
+    btg_tool tool;
+    btg_message message;
+    if (btg_tool_init(&o->tool, &tool, &message) == BTG_OK) return true;
+    return app_refuse(name, "%s", message.text);
+}
+
+static bool set_tool(path_options *o, const char *name, const char *value) {
+    char numbers[128];
+    double r[2];
+    const char *first = strchr(value, ',');
+    const char *second = first ? strchr(first + 1, ',') : NULL;
+    size_t size = second ? (size_t)(second - value) : strlen(value);
+    bool fits = size < sizeof numbers;
+    if (fits) {
+        memcpy(numbers, value, size);
+        numbers[size] = '\0';
+    }
+    if (!fits || number_parse_list(numbers, r, 2) != 2) {
+        return app_refuse(name, "'%.100s'; give RO,RI or RO,RI,toroidal|bullnose in mm", value);
+    }
+    const char *profile = second ? second + 1 : "toroidal";
+    if (strcmp(profile, "toroidal") != 0 && strcmp(profile, "bullnose") != 0) {
+        return app_refuse(name, "unknown profile '%.100s'; give toroidal or bullnose", profile);
+    }
+    o->tool.profile = profile[0] == 't' ? BTG_PROFILE_TOROIDAL : BTG_PROFILE_BULLNOSE;
+    o->tool.major_radius_mm = r[0];
+    o->tool.minor_radius_mm = r[1];
+    return check_tool(o, name);
+}
+
+static bool get_cylinder(const char *name, const char *value, btg_cylinder *cylinder) {
+    double x[3];
+    if (number_parse_list(value, x, 3) != 3) {
+        return app_refuse(name, "'%.100s'; give RADIUS,FROM,TO, in mm over the torus centre",
+                          value);
+    }
+    if (x[0] <= 0) return app_refuse(name, "the radius in '%.100s' is not above 0", value);
+    *cylinder = (btg_cylinder){x[0], x[1], x[2]};
+    return true;
+}
+
+static bool set_shank(path_options *o, const char *name, const char *value) {
+    return get_cylinder(name, value, &o->tool.shank) && check_tool(o, name);
+}
+
+static bool set_holder(path_options *o, const char *name, const char *value) {
+    if (o->tool.holder_count == BTG_HOLDER_MAX) {
+        return app_refuse(name, "more than %d cylinders; give fewer", BTG_HOLDER_MAX);
+    }
+    if (!get_cylinder(name, value, &o->tool.holder[o->tool.holder_count])) return false;
+    o->tool.holder_count++;
+    return check_tool(o, name);
+}
+
+/* ---- footprint ---------------------------------------------------------------------------- */
+
+static bool set_side_step(path_options *o, const char *name, const char *value) {
+    return get_positive(name, value, &o->footprint.side_step_mm);
+}
+
+static bool set_forward_step(path_options *o, const char *name, const char *value) {
+    return get_positive(name, value, &o->footprint.forward_step_mm);
+}
+
+static bool set_footprint(path_options *o, const char *name, const char *value) {
+    o->points = NULL;
+    if (strcmp(value, "parallel") == 0) {
+        o->footprint.kind = BTG_FOOTPRINT_PARALLEL;
+    } else if (strcmp(value, "zigzag") == 0) {
+        o->footprint.kind = BTG_FOOTPRINT_ZIGZAG;
+    } else if (strcmp(value, "one-way") == 0) {
+        o->footprint.kind = BTG_FOOTPRINT_ONE_WAY;
+    } else if (strncmp(value, "one-way:", 8) == 0) {
+        o->footprint.kind = BTG_FOOTPRINT_ONE_WAY;
+        if (!get_positive(name, value + 8, &o->lift_mm)) return false;
+        if (o->lift_mm > BTG_LENGTH_MAX) return app_refuse(name, "a lift of more than 1e6 mm");
+    } else if (strncmp(value, "points:", 7) == 0 && value[7] != '\0') {
+        o->points = value + 7;
+    } else {
+        return app_refuse(
+            name, "unknown '%.100s'; give parallel, zigzag, one-way, one-way:LIFT or points:FILE",
+            value);
+    }
+    return true;
+}
+
+/* ---- solving ------------------------------------------------------------------------------ */
+
+static bool set_method(path_options *o, const char *name, const char *value) {
+    static const char *const known[] = {"vcrf-grid", "depth",  "dst",      "drd",
+                                        "sr",        "direct", "bisection"};
+    (void)o;
+    if (strcmp(value, "vcrf") == 0) return true;
+    if (ONE_OF(value, known)) return later(name, value);
+    return app_refuse(name, "unknown '%.100s'; give vcrf", value);
+}
+
+static bool set_backend(path_options *o, const char *name, const char *value) {
+    char names[256] = "auto";
+    o->backend = value;
+    if (strcmp(value, "auto") == 0) return true;
+    for (size_t i = 0; i < btg_backend_count(); i++) {
+        btg_backend_info info;
+        if (btg_backend_get_info(i, &info) != BTG_OK) continue;
+        size_t used = strlen(names);
+        snprintf(names + used, sizeof names - used, ", %s", info.name);
+        if (strcmp(value, info.name) != 0) continue;
+        if (info.state != BTG_BACKEND_NOT_BUILT) return true;
+        return app_refuse(name, "'%s' is not built into this version; see 'bitangent info'", value);
+    }
+    return app_refuse(name, "unknown '%.100s'; give one of %s", value, names);
+}
+
+static bool set_spin(path_options *o, const char *name, const char *value) {
+    static const char *const known[] = {"gap", "across", "widest"};
+    if (strcmp(value, "none") == 0) {
+        o->solver.spin = BTG_SPIN_NONE;
+        return true;
+    }
+    if (strncmp(value, "fixed:", 6) == 0) {
+        if (!get_number(name, value + 6, &o->spin_deg)) return false;
+        if (fabs(o->spin_deg) > 360)
+            return app_refuse(name, "more than a whole turn; give -360 to 360");
+        o->solver.spin = BTG_SPIN_FIXED;
+        o->solver.spin_rad = o->spin_deg * (BTG_PI / 180);
+        return true;
+    }
+    if (ONE_OF(value, known) || strncmp(value, "gap:", 4) == 0) return later(name, value);
+    return app_refuse(name, "unknown '%.100s'; give none or fixed:DEG", value);
+}
+
+static bool set_max_tilt(path_options *o, const char *name, const char *value) {
+    double degrees;
+    if (!get_number(name, value, &degrees)) return false;
+    if (!(degrees >= 0 && degrees <= 90)) return app_refuse(name, "'%s'; give 0 to 90", value);
+    o->max_tilt_deg = degrees;
+    o->solver.max_tilt_rad = fmin(degrees * (BTG_PI / 180), BTG_PI / 2);
+    return true;
+}
+
+static bool set_tolerance(path_options *o, const char *name, const char *value) {
+    double mm;
+    if (!get_number(name, value, &mm)) return false;
+    if (!(mm >= 1e-9 && mm <= 1)) return app_refuse(name, "'%s'; give 1e-9 to 1 mm", value);
+    o->solver.tolerance_mm = mm;
+    return true;
+}
+
+static bool set_node_budget(path_options *o, const char *name, const char *value) {
+    uint32_t n;
+    if (!number_parse_count(value, &n) || n < 1) {
+        return app_refuse(name, "'%.100s'; give a whole number from 1 to 999999999", value);
+    }
+    o->solver.node_budget = n;
+    return true;
+}
+
+static bool set_threads(path_options *o, const char *name, const char *value) {
+    uint32_t n;
+    if (!number_parse_count(value, &n) || n < 1 || n > 1024) {
+        return app_refuse(name, "'%.100s'; give a whole number from 1 to 1024", value);
+    }
+    o->threads = n;
+    return true;
+}
+
+/* ---- the rest ----------------------------------------------------------------------------- */
+
+static bool set_feed(path_options *o, const char *name, const char *value) {
+    if (!get_positive(name, value, &o->feed_mm_per_min)) return false;
+    if (o->feed_mm_per_min <= 1e6) return true;
+    return app_refuse(name, "'%s'; give at most 1e6 mm per minute", value);
+}
+
+static bool set_unit(path_options *o, const char *name, const char *value) {
+    if (strcmp(value, "m") != 0 && strcmp(value, "mm") != 0) {
+        return app_refuse(name, "unknown '%.100s'; give m or mm", value);
+    }
+    o->gltf.unit = value[1] == 'm' ? BTG_GLTF_MILLIMETRE : BTG_GLTF_METRE;
+    return true;
+}
+
+static bool set_up(path_options *o, const char *name, const char *value) {
+    if (strcmp(value, "y") != 0 && strcmp(value, "z") != 0) {
+        return app_refuse(name, "unknown '%.100s'; give y or z", value);
+    }
+    o->gltf.up = value[0] == 'z' ? BTG_GLTF_UP_Z : BTG_GLTF_UP_Y;
+    return true;
+}
+
+static bool set_use_mesh(path_options *o, const char *name, const char *value) {
+    (void)name, (void)value;
+    o->gltf.use_mesh = 1;
+    return true;
+}
+
+static bool set_json(path_options *o, const char *name, const char *value) {
+    (void)name, (void)value;
+    o->json = true;
+    return true;
+}
+
+static bool set_quiet(path_options *o, const char *name, const char *value) {
+    (void)name, (void)value;
+    o->quiet = true;
+    return true;
+}
+
+static bool set_help(path_options *o, const char *name, const char *value) {
+    (void)name, (void)value;
+    o->help = true;
+    return true;
+}
+
+static bool set_later(path_options *o, const char *name, const char *value) {
+    (void)o, (void)value;
+    return app_refuse(name, "not in this version; see 'bitangent help path'");
+}
+
+const option path_option_list[] = {
+    {"-o", set_output, false},
+    {"--output", set_output, false},
+    {"--tool", set_tool, false},
+    {"--shank", set_shank, false},
+    {"--holder", set_holder, false},
+    {"--side-step", set_side_step, false},
+    {"--forward-step", set_forward_step, false},
+    {"--footprint", set_footprint, false},
+    {"--method", set_method, false},
+    {"--backend", set_backend, false},
+    {"--spin", set_spin, false},
+    {"--max-tilt", set_max_tilt, false},
+    {"--tolerance", set_tolerance, false},
+    {"--node-budget", set_node_budget, false},
+    {"--threads", set_threads, false},
+    {"--feed", set_feed, false},
+    {"--gltf-unit", set_unit, false},
+    {"--up", set_up, false},
+    {"--use-mesh", set_use_mesh, true},
+    {"--json", set_json, true},
+    {"--quiet", set_quiet, true},
+    {"--help", set_help, true},
+    {"-h", set_help, true},
+    {"--levels", set_later, false},
+    {"--window", set_later, false},
+    {"--machine", set_later, false},
+    {"--raw", set_later, true},
+};
+const size_t path_option_count = sizeof path_option_list / sizeof path_option_list[0];

@@ -1,0 +1,136 @@
+#include "app/sink.h"
+#include "core/part.h"
+#include "io/csv.h"
+
+#include <string.h>
+
+static btg_status write_text(const char *text, size_t size, void *user) {
+    btg_output *output = user;
+    btg_output_write(output, text, size);
+    return output->error ? BTG_ERROR_FILE : BTG_OK;
+}
+
+/* The part's file name without folders and ending. */
+static void name_part(const char *path, char *name, size_t size) {
+    const char *slash = strrchr(path, '/');
+    const char *base = slash ? slash + 1 : path;
+    const char *dot = strrchr(base, '.');
+    int length = dot && dot > base ? (int)(dot - base) : (int)strlen(base);
+    snprintf(name, size, "%.*s", length, base);
+}
+
+static btg_status begin(sink *k, const path_options *options, const btg_tool *tool,
+                        double clear_z_mm, btg_message *message) {
+    char name[64];
+    if (k->kind == OUTPUT_CSV) {
+        btg_csv_header(&k->output);
+    } else if (k->kind == OUTPUT_JSON) {
+        k->json = btg_json_to(&k->output);
+        btg_json_open(&k->json, NULL, '{');
+        btg_json_open(&k->json, "positions", '[');
+        btg_output_text(&k->output, "\n");
+    } else if (k->kind == OUTPUT_CL) {
+        btg_apt_def def = btg_apt_def_default();
+        name_part(options->part, name, sizeof name);
+        def.part_name = name;
+        def.feed_mm_per_min = options->feed_mm_per_min;
+        def.clear_z_mm = clear_z_mm;
+        def.write = write_text;
+        def.user = &k->output;
+        btg_status status = btg_apt_begin(&k->apt, &def, tool, message);
+        k->apt.def.part_name = NULL;
+        if (status != BTG_OK && k->output.error == 0) return status;
+    }
+    return btg_output_check(&k->output, message);
+}
+
+btg_status sinks_open(sinks *s, const path_options *options, const btg_part *part,
+                      const btg_tool *tool, double clear_z_mm, btg_message *message) {
+    memset(s, 0, sizeof *s);
+    s->part = part;
+    s->tool = tool;
+    btg_status status = BTG_OK;
+    for (int i = 0; i < options->output_count && status == BTG_OK; i++) {
+        sink *k = &s->list[i];
+        k->kind = options->outputs[i].kind;
+        status = btg_output_open(&k->output, options->outputs[i].path, message);
+        if (status != BTG_OK) break;
+        s->count++;
+        if (k->output.standard) s->standard = true;
+        if (s->standard && options->json) {
+            status = btg_fail(message, BTG_ERROR_ARGUMENT,
+                              "--json: the standard output takes the path already; drop one");
+        } else {
+            status = begin(k, options, tool, clear_z_mm, message);
+        }
+    }
+    if (status != BTG_OK) sinks_close(s);
+    return status;
+}
+
+void sinks_row(sinks *s, const btg_row *row, bool linked) {
+    for (int i = 0; i < s->count; i++) {
+        sink *k = &s->list[i];
+        if (k->kind == OUTPUT_CSV) {
+            btg_csv_row(&k->output, row);
+        } else if (k->kind == OUTPUT_JSON) {
+            btg_json_row(&k->json, row);
+            btg_output_text(&k->output, "\n");
+        } else if (k->kind == OUTPUT_PNG) {
+            if (!row->lift) btg_picture_add(&k->picture, &row->position);
+        } else if (!row->lift) {
+            /* APT makes its own retracts, also where the path has none. */
+            btg_apt_add(&k->apt, &row->position, linked);
+        }
+    }
+}
+
+btg_status sinks_check(const sinks *s, btg_message *message) {
+    for (int i = 0; i < s->count; i++) {
+        btg_status status = btg_output_check(&s->list[i].output, message);
+        if (status != BTG_OK) return status;
+    }
+    return BTG_OK;
+}
+
+static btg_status end(const sinks *s, sink *k, const summary *result, btg_message *message) {
+    if (k->kind == OUTPUT_JSON) {
+        btg_json_close(&k->json, ']');
+        btg_json_open(&k->json, "summary", '{');
+        summary_json(result, &k->json);
+        btg_json_close(&k->json, '}');
+        btg_json_close(&k->json, '}');
+        btg_output_text(&k->output, "\n");
+    } else if (k->kind == OUTPUT_CL) {
+        btg_apt_end(&k->apt);
+    } else if (k->kind == OUTPUT_PNG) {
+        const char *slash = strrchr(result->options->part, '/');
+        return btg_picture_write(&k->picture, &k->output, s->part, s->tool,
+                                 slash ? slash + 1 : result->options->part, message);
+    }
+    return BTG_OK;
+}
+
+btg_status sinks_end(sinks *s, const summary *result, btg_message *message) {
+    for (int i = 0; i < s->count; i++) {
+        btg_status status = end(s, &s->list[i], result, message);
+        if (status != BTG_OK) return status;
+    }
+    for (int i = 0; i < s->count; i++) {
+        btg_status status = btg_output_finish(&s->list[i].output, message);
+        if (status != BTG_OK) return status;
+    }
+    for (int i = 0; i < s->count; i++) {
+        btg_status status = btg_output_commit(&s->list[i].output, message);
+        if (status != BTG_OK) return status;
+    }
+    return BTG_OK;
+}
+
+void sinks_close(sinks *s) {
+    for (int i = 0; i < s->count; i++) {
+        btg_output_discard(&s->list[i].output);
+        btg_picture_release(&s->list[i].picture);
+    }
+    s->count = 0;
+}

@@ -1,0 +1,201 @@
+#include "app/summary.h"
+#include "core/vec.h"
+
+#include <inttypes.h>
+
+static const btg_status order[SUMMARY_STATUSES] = {BTG_OK, BTG_OSCULATING, BTG_SINGLE_CONTACT,
+                                                   BTG_NO_CONTACT, BTG_BUDGET};
+
+void summary_add(summary *s, const btg_row *row) {
+    if (row->lift) {
+        s->lifts++;
+        return;
+    }
+    btg_status status = row->position.status;
+    s->positions++;
+    if (status < 0 || status >= SUMMARY_STATUSES) return;
+    s->statuses[status]++;
+    if (status != BTG_OK && status != BTG_OSCULATING) return;
+    double degrees = row->position.tilt_rad * (180 / BTG_PI);
+    if (s->tilted == 0 || degrees < s->tilt_min_deg) s->tilt_min_deg = degrees;
+    if (s->tilted == 0 || degrees > s->tilt_max_deg) s->tilt_max_deg = degrees;
+    s->tilted++;
+    double bin = degrees * TILT_BINS_PER_DEGREE;
+    s->tilt_bins[bin < TILT_BINS - 1 ? (size_t)bin : TILT_BINS - 1]++;
+}
+
+bool summary_contact(const summary *s) {
+    return s->positions > s->statuses[BTG_NO_CONTACT];
+}
+
+static double median(const summary *s) {
+    uint64_t before = 0;
+    if (s->tilted == 0) return NAN;
+    for (int i = 0; i < TILT_BINS; i++) {
+        before += s->tilt_bins[i];
+        if (2 * before < s->tilted) continue;
+        double middle = (i + 0.5) / TILT_BINS_PER_DEGREE;
+        return fmin(fmax(middle, s->tilt_min_deg), s->tilt_max_deg);
+    }
+    return s->tilt_max_deg;
+}
+
+static double rate(const summary *s) {
+    return s->seconds > 0 ? (double)s->positions / s->seconds : 0;
+}
+
+static const char *footprint_word(const path_options *o) {
+    static const char *const word[3] = {"parallel", "zigzag", "one-way"};
+    return o->points ? "points" : word[o->footprint.kind];
+}
+
+static const char *profile_word(const btg_tool_def *tool) {
+    return tool->profile == BTG_PROFILE_TOROIDAL ? "toroidal" : "bullnose";
+}
+
+/* ---- for people --------------------------------------------------------------------------- */
+
+static void print_part(const summary *s, FILE *file) {
+    const btg_part_info *p = &s->part;
+    fprintf(file, "part        %s: ", s->options->part);
+    if (p->patch_count > 0) {
+        fprintf(file, "%zu surface%s in %zu patch%s, ", p->surface_count,
+                p->surface_count == 1 ? "" : "s", p->patch_count, p->patch_count == 1 ? "" : "es");
+    }
+    if (p->triangle_count > 0) fprintf(file, "%zu triangles, ", p->triangle_count);
+    fprintf(file, "%.6g x %.6g x %.6g mm\n", p->box_max.x - p->box_min.x,
+            p->box_max.y - p->box_min.y, p->box_max.z - p->box_min.z);
+}
+
+static void print_tool(const btg_tool_def *t, FILE *file) {
+    fprintf(file, "tool        %s, major radius %.6g mm, minor radius %.6g mm", profile_word(t),
+            t->major_radius_mm, t->minor_radius_mm);
+    if (t->shank.radius_mm > 0) {
+        fprintf(file, ", shank %.6g mm from %.6g to %.6g mm", t->shank.radius_mm, t->shank.from_mm,
+                t->shank.to_mm);
+    }
+    for (uint32_t i = 0; i < t->holder_count; i++) {
+        const btg_cylinder *c = &t->holder[i];
+        fprintf(file, ", holder %.6g mm from %.6g to %.6g mm", c->radius_mm, c->from_mm, c->to_mm);
+    }
+    fprintf(file, "\n");
+}
+
+static void print_method(const path_options *o, FILE *file) {
+    if (o->points) {
+        fprintf(file, "footprint   points of %s\n", o->points);
+    } else {
+        fprintf(file, "footprint   %s, side step %.6g mm, forward step %.6g mm\n",
+                footprint_word(o), o->footprint.side_step_mm, o->footprint.forward_step_mm);
+    }
+    fprintf(file, "method      vcrf, tolerance %.6g mm, tilt up to %.6g deg",
+            o->solver.tolerance_mm, o->max_tilt_deg);
+    if (o->solver.spin == BTG_SPIN_FIXED) fprintf(file, ", spin %.6g deg", o->spin_deg);
+    fprintf(file, "\n");
+}
+
+static void print_statuses(const summary *s, FILE *file) {
+    fprintf(file, "positions   %" PRIu64 "\n", s->positions);
+    for (int i = 0; i < SUMMARY_STATUSES; i++) {
+        uint64_t n = s->statuses[order[i]];
+        if (n > 0) fprintf(file, "            %-14s %10" PRIu64 "\n", btg_status_name(order[i]), n);
+    }
+    if (s->lifts > 0) fprintf(file, "            %-14s %10" PRIu64 "\n", "lift", s->lifts);
+}
+
+void summary_print(const summary *s, FILE *file) {
+    const path_options *o = s->options;
+    print_part(s, file);
+    print_tool(&o->tool, file);
+    print_method(o, file);
+    print_statuses(s, file);
+    if (s->tilted > 0) {
+        fprintf(file, "tilt        min %.2f, median %.2f, max %.2f deg\n", s->tilt_min_deg,
+                median(s), s->tilt_max_deg);
+    }
+    fprintf(file, "solved      in %.3g s, %.0f positions/s, by %s on %lu thread%s\n", s->seconds,
+            rate(s), s->backend, (unsigned long)s->threads, s->threads == 1 ? "" : "s");
+    for (int i = 0; i < o->output_count; i++) {
+        fprintf(file, "%-11s %s\n", i == 0 ? "wrote" : "", o->outputs[i].path);
+    }
+}
+
+/* ---- for programs ------------------------------------------------------------------------- */
+
+static void json_part(const summary *s, btg_json *json) {
+    const btg_part_info *p = &s->part;
+    const double box[6] = {p->box_min.x, p->box_min.y, p->box_min.z,
+                           p->box_max.x, p->box_max.y, p->box_max.z};
+    btg_json_open(json, "part", '{');
+    btg_json_string(json, "file", s->options->part);
+    btg_json_count(json, "surfaces", p->surface_count);
+    btg_json_count(json, "patches", p->patch_count);
+    btg_json_count(json, "triangles", p->triangle_count);
+    btg_json_open(json, "box_min_mm", '[');
+    for (int i = 0; i < 3; i++)
+        btg_json_number(json, NULL, box[i]);
+    btg_json_close(json, ']');
+    btg_json_open(json, "box_max_mm", '[');
+    for (int i = 3; i < 6; i++)
+        btg_json_number(json, NULL, box[i]);
+    btg_json_close(json, ']');
+    btg_json_close(json, '}');
+}
+
+static void json_cylinder(btg_json *json, const char *name, const btg_cylinder *c) {
+    btg_json_open(json, name, '[');
+    btg_json_number(json, NULL, c->radius_mm);
+    btg_json_number(json, NULL, c->from_mm);
+    btg_json_number(json, NULL, c->to_mm);
+    btg_json_close(json, ']');
+}
+
+static void json_tool(const btg_tool_def *t, btg_json *json) {
+    btg_json_open(json, "tool", '{');
+    btg_json_string(json, "profile", profile_word(t));
+    btg_json_number(json, "major_radius_mm", t->major_radius_mm);
+    btg_json_number(json, "minor_radius_mm", t->minor_radius_mm);
+    if (t->shank.radius_mm > 0) json_cylinder(json, "shank", &t->shank);
+    btg_json_open(json, "holder", '[');
+    for (uint32_t i = 0; i < t->holder_count; i++)
+        json_cylinder(json, NULL, &t->holder[i]);
+    btg_json_close(json, ']');
+    btg_json_close(json, '}');
+}
+
+static void json_statuses(const summary *s, btg_json *json) {
+    btg_json_open(json, "statuses", '{');
+    for (int i = 0; i < SUMMARY_STATUSES; i++) {
+        btg_json_count(json, btg_status_name(order[i]), s->statuses[order[i]]);
+    }
+    btg_json_count(json, "lift", s->lifts);
+    btg_json_close(json, '}');
+    btg_json_open(json, "tilt_deg", '{');
+    btg_json_number(json, "min", s->tilted > 0 ? s->tilt_min_deg : NAN);
+    btg_json_number(json, "median", median(s));
+    btg_json_number(json, "max", s->tilted > 0 ? s->tilt_max_deg : NAN);
+    btg_json_close(json, '}');
+}
+
+void summary_json(const summary *s, btg_json *json) {
+    const path_options *o = s->options;
+    btg_json_string(json, "version", btg_version());
+    btg_json_count(json, "positions", s->positions);
+    btg_json_number(json, "seconds", s->seconds);
+    btg_json_number(json, "positions_per_second", rate(s));
+    btg_json_string(json, "backend", s->backend);
+    btg_json_string(json, "method", "vcrf");
+    btg_json_count(json, "threads", s->threads);
+    json_statuses(s, json);
+    btg_json_number(json, "tolerance_mm", o->solver.tolerance_mm);
+    btg_json_number(json, "max_tilt_deg", o->max_tilt_deg);
+    btg_json_string(json, "spin", o->solver.spin == BTG_SPIN_FIXED ? "fixed" : "none");
+    btg_json_number(json, "spin_deg", o->spin_deg);
+    btg_json_string(json, "footprint", footprint_word(o));
+    json_part(s, json);
+    json_tool(&o->tool, json);
+    btg_json_open(json, "files", '[');
+    for (int i = 0; i < o->output_count; i++)
+        btg_json_string(json, NULL, o->outputs[i].path);
+    btg_json_close(json, ']');
+}

@@ -1,0 +1,266 @@
+/* The front: checks once, dispatches to a table, composes positions from its two answers. */
+#define _GNU_SOURCE
+#include "backend/internal.h"
+#include "backend/check.h"
+#include "core/part.h"
+
+#include <string.h>
+#include <unistd.h>
+#ifdef __linux__
+#include <sched.h>
+#endif
+
+#define BACKEND_DEF_VERSION 1
+/* More threads than any machine this runs on has; a larger number is a slip of the finger. */
+#define THREADS_MAX 1024
+
+struct btg_backend {
+    const btg_backend_table *table;
+    void *state;
+    btg_backend_setup setup;
+    btg_part_info info;
+    /* Scratch of one block of positions. */
+    size_t block;
+    btg_drop_query *drop_queries;
+    btg_drop_result *drop_results;
+    btg_tilt_query *tilt_queries;
+    btg_tilt_result *tilt_results;
+    size_t *tilt_owner; /* entry of the block that a tilt query belongs to */
+};
+
+btg_backend_def btg_backend_def_default(void) {
+    btg_backend_def def;
+    memset(&def, 0, sizeof def);
+    def.version = BACKEND_DEF_VERSION;
+    return def;
+}
+
+static uint32_t machine_threads(void) {
+#ifdef __linux__
+    cpu_set_t set;
+    if (sched_getaffinity(0, sizeof set, &set) == 0) {
+        int n = CPU_COUNT(&set);
+        if (n > 0) return n < THREADS_MAX ? (uint32_t)n : THREADS_MAX;
+    }
+#endif
+    long n = sysconf(_SC_NPROCESSORS_ONLN);
+    if (n < 1) return 1;
+    return n < THREADS_MAX ? (uint32_t)n : THREADS_MAX;
+}
+
+/* ---- opening ------------------------------------------------------------------------------ */
+
+static btg_status unknown_name(const char *name, btg_message *message) {
+    char known[256] = "";
+    for (size_t i = 0; i < btg_backend_registry_count; i++) {
+        if (i > 0) strncat(known, ", ", sizeof known - strlen(known) - 1);
+        strncat(known, btg_backend_registry[i]->name, sizeof known - strlen(known) - 1);
+    }
+    return btg_fail(message, BTG_ERROR_ARGUMENT, "unknown back end '%.64s'; known are auto, %s",
+                    name, known);
+}
+
+static btg_backend_state probe(const btg_backend_table *table) {
+    char device[128] = "";
+    return table->probe ? table->probe(device, sizeof device) : BTG_BACKEND_NOT_BUILT;
+}
+
+static btg_status find(const char *name, const btg_backend_table **found, btg_message *message) {
+    bool any = !name || strcmp(name, "auto") == 0;
+    for (size_t i = 0; i < btg_backend_registry_count; i++) {
+        const btg_backend_table *table = btg_backend_registry[i];
+        if (!any && strcmp(name, table->name) != 0) continue;
+        btg_backend_state state = probe(table);
+        if (state == BTG_BACKEND_READY) {
+            *found = table;
+            return BTG_OK;
+        }
+        if (any) continue;
+        if (state == BTG_BACKEND_NOT_BUILT) {
+            return btg_fail(message, BTG_ERROR_NOT_BUILT,
+                            "back end '%s' is not built into this version; 'auto' takes one that "
+                            "is",
+                            name);
+        }
+        return btg_fail(message, BTG_ERROR_NO_DEVICE,
+                        "back end '%s' finds no device here; 'auto' takes one that runs", name);
+    }
+    if (any) return btg_fail(message, BTG_ERROR_NO_DEVICE, "no back end is ready here");
+    return unknown_name(name, message);
+}
+
+static btg_status make_setup(const btg_backend_def *def, const btg_part *part, const btg_tool *tool,
+                             const btg_solver_def *solver, btg_backend_setup *setup,
+                             btg_message *message) {
+    if (!def || !part || !tool || !solver) {
+        return btg_fail(message, BTG_ERROR_ARGUMENT, "back end: an argument is NULL");
+    }
+    if (def->version != BACKEND_DEF_VERSION) {
+        return btg_fail(message, BTG_ERROR_ARGUMENT,
+                        "back end: unknown version; start from btg_backend_def_default()");
+    }
+    if (def->threads > THREADS_MAX) {
+        return btg_fail(message, BTG_ERROR_ARGUMENT, "back end: %lu threads; give at most %d",
+                        (unsigned long)def->threads, THREADS_MAX);
+    }
+    memset(setup, 0, sizeof *setup);
+    btg_status status = btg_tool_init(&tool->def, &setup->tool, message);
+    if (status == BTG_OK) status = btg_check_solver(solver, message);
+    if (status != BTG_OK) return status;
+    setup->part = part;
+    setup->solver = *solver;
+    setup->threads = def->threads > 0 ? def->threads : machine_threads();
+    setup->allocator = def->allocator;
+    return BTG_OK;
+}
+
+static bool make_scratch(btg_backend *b) {
+    const btg_allocator *a = &b->setup.allocator;
+    b->block = b->table->block > 0 ? b->table->block : BTG_BACKEND_BLOCK;
+    b->drop_queries = btg_allocate(a, b->block, sizeof *b->drop_queries);
+    b->drop_results = btg_allocate(a, b->block, sizeof *b->drop_results);
+    b->tilt_queries = btg_allocate(a, b->block, sizeof *b->tilt_queries);
+    b->tilt_results = btg_allocate(a, b->block, sizeof *b->tilt_results);
+    b->tilt_owner = btg_allocate(a, b->block, sizeof *b->tilt_owner);
+    return b->drop_queries && b->drop_results && b->tilt_queries && b->tilt_results &&
+           b->tilt_owner;
+}
+
+btg_status btg_backend_open(const btg_backend_def *def, const btg_part *part, const btg_tool *tool,
+                            const btg_solver_def *solver, btg_backend **backend,
+                            btg_message *message) {
+    btg_backend_setup setup;
+    const btg_backend_table *table = NULL;
+    if (!backend) return btg_fail(message, BTG_ERROR_ARGUMENT, "back end: the result is NULL");
+    btg_status status = make_setup(def, part, tool, solver, &setup, message);
+    if (status == BTG_OK) status = find(def->name, &table, message);
+    if (status != BTG_OK) return status;
+    btg_backend *b = btg_allocate(&setup.allocator, 1, sizeof *b);
+    if (!b) return btg_fail(message, BTG_ERROR_MEMORY, "back end: out of memory");
+    *b = (btg_backend){.table = table, .setup = setup};
+    btg_part_get_info(part, &b->info);
+    if (!make_scratch(b)) {
+        status = btg_fail(message, BTG_ERROR_MEMORY, "back end: out of memory");
+    } else {
+        status = table->open(&b->setup, &b->state, message);
+    }
+    if (status != BTG_OK) {
+        btg_backend_close(b);
+        return status;
+    }
+    *backend = b;
+    return BTG_OK;
+}
+
+void btg_backend_close(btg_backend *backend) {
+    if (!backend) return;
+    btg_allocator allocator = backend->setup.allocator;
+    if (backend->state) backend->table->close(backend->state);
+    btg_release(&allocator, backend->drop_queries);
+    btg_release(&allocator, backend->drop_results);
+    btg_release(&allocator, backend->tilt_queries);
+    btg_release(&allocator, backend->tilt_results);
+    btg_release(&allocator, backend->tilt_owner);
+    btg_release(&allocator, backend);
+}
+
+const char *btg_backend_name(const btg_backend *backend) {
+    return backend->table->name;
+}
+
+uint32_t btg_backend_threads(const btg_backend *backend) {
+    return backend->table->threads ? backend->table->threads(backend->state) : 1;
+}
+
+/* ---- batches ------------------------------------------------------------------------------ */
+
+static btg_status refuse(size_t index, size_t *bad) {
+    if (bad) *bad = index;
+    return BTG_ERROR_ARGUMENT;
+}
+
+btg_status btg_backend_drop(btg_backend *backend, const btg_drop_query *queries, size_t count,
+                            btg_drop_result *results, size_t *bad) {
+    if (count == 0) return BTG_OK;
+    if (!backend || !queries || !results) return refuse(0, bad);
+    for (size_t i = 0; i < count; i++) {
+        if (!btg_check_drop(&queries[i])) return refuse(i, bad);
+    }
+    return backend->table->drop(backend->state, queries, count, results);
+}
+
+btg_status btg_backend_tilt(btg_backend *backend, const btg_tilt_query *queries, size_t count,
+                            btg_tilt_result *results, size_t *bad) {
+    if (count == 0) return BTG_OK;
+    if (!backend || !queries || !results) return refuse(0, bad);
+    for (size_t i = 0; i < count; i++) {
+        if (!btg_check_tilt(&queries[i], &backend->info)) return refuse(i, bad);
+    }
+    return backend->table->tilt(backend->state, queries, count, results);
+}
+
+/* ---- positions ---------------------------------------------------------------------------- */
+
+/* Collects the tilt queries of those drops that leave one; returns how many. */
+static size_t collect_tilts(btg_backend *b, size_t count) {
+    size_t n = 0;
+    for (size_t i = 0; i < count; i++) {
+        if (b->drop_results[i].status != BTG_OK) continue;
+        btg_status status =
+            btg_position_tilt_query(&b->setup.tool, &b->setup.solver, &b->drop_queries[i],
+                                    &b->drop_results[i], &b->tilt_queries[n]);
+        if (status != BTG_OK) continue;
+        b->tilt_owner[n++] = i;
+    }
+    return n;
+}
+
+static void assemble(const btg_backend *b, const double *foot, size_t i, size_t tilt,
+                     btg_position *position) {
+    const btg_drop_result *drop = &b->drop_results[i];
+    const btg_tilt_result *result = tilt != SIZE_MAX ? &b->tilt_results[tilt] : NULL;
+    const btg_tilt_query *query = result ? &b->tilt_queries[tilt] : NULL;
+    btg_position p = {0};
+    btg_status status = btg_position_assemble(&b->setup.tool, &b->setup.solver, foot[0], foot[1],
+                                              &b->drop_queries[i], drop, query, result, &p);
+    if (status < 0) {
+        p = (btg_position){.status = status, .foot_x_mm = foot[0], .foot_y_mm = foot[1]};
+        p.tip = p.axis = p.p.point = p.p.normal = p.q.point = p.q.normal = vec_nan();
+        p.drop_z_mm = p.tilt_rad = p.spin_rad = p.inclination_rad = NAN;
+    }
+    *position = p;
+}
+
+static btg_status solve_block(btg_backend *b, const double *foot, size_t count,
+                              btg_position *positions) {
+    for (size_t i = 0; i < count; i++) {
+        b->drop_queries[i] = btg_position_drop_query(foot[2 * i], foot[2 * i + 1]);
+    }
+    btg_status status = b->table->drop(b->state, b->drop_queries, count, b->drop_results);
+    if (status < 0) return status;
+    size_t tilts = collect_tilts(b, count);
+    if (tilts > 0) status = b->table->tilt(b->state, b->tilt_queries, tilts, b->tilt_results);
+    if (status < 0) return status;
+    size_t next = 0;
+    for (size_t i = 0; i < count; i++) {
+        bool tilted = next < tilts && b->tilt_owner[next] == i;
+        assemble(b, &foot[2 * i], i, tilted ? next : SIZE_MAX, &positions[i]);
+        if (tilted) next++;
+    }
+    return BTG_OK;
+}
+
+btg_status btg_backend_positions(btg_backend *backend, const double *foot_xy_mm, size_t count,
+                                 btg_position *positions, size_t *bad) {
+    if (count == 0) return BTG_OK;
+    if (!backend || !foot_xy_mm || !positions) return refuse(0, bad);
+    for (size_t i = 0; i < count; i++) {
+        if (!btg_check_foot(foot_xy_mm[2 * i], foot_xy_mm[2 * i + 1])) return refuse(i, bad);
+    }
+    for (size_t i = 0; i < count; i += backend->block) {
+        size_t n = count - i < backend->block ? count - i : backend->block;
+        btg_status status = solve_block(backend, &foot_xy_mm[2 * i], n, &positions[i]);
+        if (status < 0) return status;
+    }
+    return BTG_OK;
+}

@@ -1,0 +1,79 @@
+#include "backend/check.h"
+#include "core/part.h"
+
+/* How far from unit or from a right angle a direction may be: a thousand times the rounding of
+ * any sane way to make one, and at BTG_LENGTH_MAX still below the smallest tolerance. */
+#define UNIT_TOLERANCE 1e-9
+
+/* A pose may stand off the part by the tool's own size and more. */
+#define REACH 10
+
+#define TOLERANCE_MIN_MM 1e-9
+#define TOLERANCE_MAX_MM 1.0
+/* Beyond this many turns an angle has lost digits. */
+#define SPIN_MAX_RAD 1e6
+
+btg_status btg_check_solver(const btg_solver_def *solver, btg_message *message) {
+    if (solver->version != btg_solver_def_default().version) {
+        return btg_fail(message, BTG_ERROR_ARGUMENT,
+                        "solver: unknown version; start from btg_solver_def_default()");
+    }
+    if (!(solver->tolerance_mm >= TOLERANCE_MIN_MM && solver->tolerance_mm <= TOLERANCE_MAX_MM)) {
+        return btg_fail(message, BTG_ERROR_ARGUMENT,
+                        "solver: the tolerance is %g mm; give %g to %g", solver->tolerance_mm,
+                        TOLERANCE_MIN_MM, TOLERANCE_MAX_MM);
+    }
+    if (!(solver->max_tilt_rad >= 0 && solver->max_tilt_rad <= BTG_PI / 2)) {
+        return btg_fail(message, BTG_ERROR_ARGUMENT,
+                        "solver: the largest tilt is %g rad; give 0 to pi / 2",
+                        solver->max_tilt_rad);
+    }
+    if (solver->node_budget < 1) {
+        return btg_fail(message, BTG_ERROR_ARGUMENT, "solver: the node budget is 0; give more");
+    }
+    if (solver->spin != BTG_SPIN_NONE && solver->spin != BTG_SPIN_FIXED) {
+        return btg_fail(message, BTG_ERROR_ARGUMENT, "solver: unknown spin");
+    }
+    if (!(fabs(solver->spin_rad) <= SPIN_MAX_RAD)) {
+        return btg_fail(message, BTG_ERROR_ARGUMENT, "solver: the spin is %g rad; give an angle",
+                        solver->spin_rad);
+    }
+    return BTG_OK;
+}
+
+static bool length(double x) {
+    return fabs(x) <= REACH * BTG_LENGTH_MAX;
+}
+
+static bool place(btg_vec3 p) {
+    return length(p.x) && length(p.y) && length(p.z);
+}
+
+static bool unit(btg_vec3 a) {
+    return fabs(vec_norm2(a) - 1) <= 2 * UNIT_TOLERANCE;
+}
+
+bool btg_check_drop(const btg_drop_query *query) {
+    return place(query->origin) && unit(query->axis);
+}
+
+static bool on_part(btg_place p, const btg_part_info *info) {
+    if (!(p.u >= 0 && p.u <= 1 && p.v >= 0 && p.v <= 1)) return false;
+    if (p.item < info->patch_count) return true;
+    return p.item - info->patch_count < info->triangle_count && p.u + p.v <= 1 + UNIT_TOLERANCE;
+}
+
+bool btg_check_tilt(const btg_tilt_query *query, const btg_part_info *info) {
+    if (!unit(query->u) || !unit(query->v) || !unit(query->w) || !unit(query->p.normal)) {
+        return false;
+    }
+    btg_vec3 skew = vec_sub(vec_cross(query->u, query->v), query->w);
+    if (!(vec_norm(skew) <= 4 * UNIT_TOLERANCE)) return false;
+    if (!place(query->o1) || !place(query->p.point)) return false;
+    if (!(query->max_tilt_rad >= 0 && query->max_tilt_rad <= BTG_PI)) return false;
+    return on_part(query->p.place, info);
+}
+
+bool btg_check_foot(double x_mm, double y_mm) {
+    return length(x_mm) && length(y_mm);
+}

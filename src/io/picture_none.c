@@ -1,0 +1,22 @@
+/* Stands in for picture.c in a build without Cairo. */
+#include "io/picture.h"
+#include "core/part.h"
+
+bool btg_picture_available(void) {
+    return false;
+}
+
+void btg_picture_add(btg_picture *picture, const btg_position *position) {
+    (void)picture, (void)position;
+}
+
+void btg_picture_release(btg_picture *picture) {
+    (void)picture;
+}
+
+btg_status btg_picture_write(const btg_picture *picture, btg_output *output, const btg_part *part,
+                             const btg_tool *tool, const char *title, btg_message *message) {
+    (void)picture, (void)output, (void)part, (void)tool, (void)title;
+    return btg_fail(message, BTG_ERROR_NOT_BUILT,
+                    "picture: this build draws none; install libcairo2-dev and build again");
+}

@@ -1,0 +1,151 @@
+#include "io/picture_sheet.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+const colour colour_p = {0.000, 0.447, 0.698};
+const colour colour_q = {0.835, 0.369, 0.000};
+const colour colour_osculating = {0.545, 0.110, 0.420};
+const colour colour_single = {0.05, 0.05, 0.05};
+const colour colour_foot = {0.36, 0.38, 0.42};
+const colour colour_ink = {0.13, 0.15, 0.18};
+const colour colour_bar = {0.42, 0.49, 0.56};
+
+/* Pale, so that marks stand out; lightness alone tells the order. */
+static const colour ramp[] = {{0.62, 0.70, 0.77},
+                              {0.73, 0.79, 0.82},
+                              {0.83, 0.86, 0.84},
+                              {0.92, 0.91, 0.84},
+                              {0.985, 0.955, 0.86}};
+#define RAMP_LAST ((int)(sizeof ramp / sizeof ramp[0]) - 1)
+
+void btg_sheet_ink(cairo_t *cr, colour c, double alpha) {
+    cairo_set_source_rgba(cr, c.r, c.g, c.b, alpha);
+}
+
+void btg_sheet_bold(cairo_t *cr, int bold) {
+    cairo_select_font_face(cr, "sans-serif", CAIRO_FONT_SLANT_NORMAL,
+                           bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
+}
+
+double btg_sheet_text(cairo_t *cr, double at, double baseline, double size, double align,
+                      const char *string) {
+    cairo_text_extents_t e;
+    cairo_set_font_size(cr, size);
+    cairo_text_extents(cr, string, &e);
+    cairo_move_to(cr, floor(at - align * e.x_advance + 0.5), floor(baseline + 0.5));
+    cairo_show_text(cr, string);
+    cairo_new_path(cr);
+    return e.x_advance;
+}
+
+/* Length of the UTF-8 character that `s` begins with; 0: it is none, or cannot be printed. */
+static size_t character(const unsigned char *s) {
+    size_t length = s[0] < 0x80 ? 1 : s[0] < 0xC2 ? 0 : s[0] < 0xE0 ? 2 : s[0] < 0xF0 ? 3 : 4;
+    if (s[0] < 0x20 || s[0] == 0x7F || s[0] > 0xF4) return 0;
+    for (size_t i = 1; i < length; i++)
+        if ((s[i] & 0xC0) != 0x80) return 0;
+    if (s[0] == 0xE0 && s[1] < 0xA0) return 0; /* overlong */
+    if (s[0] == 0xED && s[1] > 0x9F) return 0; /* surrogate */
+    if (s[0] == 0xF0 && s[1] < 0x90) return 0;
+    if (s[0] == 0xF4 && s[1] > 0x8F) return 0;
+    return length;
+}
+
+/* Cairo refuses what is not UTF-8, and file names need not be. True when all of it had room. */
+static bool make_printable(const char *string, char *clean, size_t size) {
+    size_t used = 0;
+    while (*string) {
+        size_t length = character((const unsigned char *)string), step = length ? length : 1;
+        if (used + step >= size) break;
+        memcpy(clean + used, length ? string : "?", step);
+        used += step;
+        string += step;
+    }
+    clean[used] = '\0';
+    return *string == '\0';
+}
+
+void btg_sheet_text_within(cairo_t *cr, double at, double baseline, double size, double width,
+                           const char *string) {
+    static const char ellipsis[] = "\xE2\x80\xA6";
+    char clean[256], fitted[sizeof clean + sizeof ellipsis];
+    bool whole = make_printable(string, clean, sizeof clean);
+    size_t length = strlen(clean);
+    cairo_set_font_size(cr, size);
+    for (;;) {
+        cairo_text_extents_t e;
+        snprintf(fitted, sizeof fitted, "%.*s%s", (int)length, clean, whole ? "" : ellipsis);
+        cairo_text_extents(cr, fitted, &e);
+        if (e.x_advance <= width || length == 0) break;
+        whole = false;
+        do {
+            length--;
+        } while (length > 0 && ((unsigned char)clean[length] & 0xC0) == 0x80);
+    }
+    btg_sheet_text(cr, at, baseline, size, 0, fitted);
+}
+
+double btg_sheet_step(double range, double steps) {
+    double least = range / steps, power = pow(10, floor(log10(least)));
+    double factor = least / power;
+    return power * (factor <= 1 + 1e-9 ? 1 : factor <= 2 ? 2 : factor <= 5 ? 5 : 10);
+}
+
+void btg_sheet_number(char *buffer, size_t size, double value, double step) {
+    int decimals = (int)ceil(-log10(step) - 1e-9);
+    if (fabs(value) < step * 1e-6) value = 0;
+    snprintf(buffer, size, "%.*f", decimals < 0 ? 0 : decimals > 9 ? 9 : decimals, value);
+}
+
+colour btg_sheet_height_colour(double t) {
+    double at = fmin(fmax(t, 0), 1) * RAMP_LAST;
+    int i = at < RAMP_LAST ? (int)at : RAMP_LAST - 1;
+    double f = at - i;
+    colour a = ramp[i], b = ramp[i + 1];
+    return (colour){a.r + f * (b.r - a.r), a.g + f * (b.g - a.g), a.b + f * (b.b - a.b)};
+}
+
+double btg_sheet_contour_step(const sheet *s) {
+    double range = s->z_max - s->z_min;
+    return range > 1e-6 * (s->x_max - s->x_min) ? btg_sheet_step(range, 12) : 0;
+}
+
+void btg_sheet_mark(cairo_t *cr, mark_kind kind, double x, double y, double r) {
+    cairo_new_path(cr);
+    switch (kind) {
+    case MARK_P:
+    case MARK_Q:
+        btg_sheet_ink(cr, kind == MARK_P ? colour_p : colour_q, 1);
+        cairo_arc(cr, x, y, r, 0, TURN);
+        cairo_fill(cr);
+        break;
+    case MARK_OSCULATING:
+        btg_sheet_ink(cr, colour_osculating, 1);
+        for (int i = 0; i < 4; i++)
+            cairo_line_to(cr, x + (i - 1) % 2 * 1.7 * r, y + (i - 2) % 2 * 1.7 * r);
+        cairo_fill(cr);
+        break;
+    case MARK_SINGLE:
+        btg_sheet_ink(cr, colour_single, 1);
+        cairo_set_line_width(cr, 0.6 * r);
+        cairo_rectangle(cr, x - 1.2 * r, y - 1.2 * r, 2.4 * r, 2.4 * r);
+        cairo_stroke(cr);
+        break;
+    case MARK_NONE:
+        btg_sheet_ink(cr, colour_single, 0.8);
+        cairo_set_line_width(cr, 0.5 * r);
+        for (int i = -1; i <= 1; i += 2) {
+            cairo_move_to(cr, x - r, y - i * r);
+            cairo_line_to(cr, x + r, y + i * r);
+        }
+        cairo_stroke(cr);
+        break;
+    case MARK_FOOT:
+        btg_sheet_ink(cr, colour_foot, 0.55);
+        cairo_arc(cr, x, y, 0.5 * r, 0, TURN);
+        cairo_fill(cr);
+        break;
+    }
+}

@@ -1,0 +1,24 @@
+/* One line of a tool path: what CSV and JSON both write. Internal to the program. */
+#ifndef BTG_IO_ROW_H
+#define BTG_IO_ROW_H
+
+#include "bitangent/bitangent.h"
+
+#include <stdbool.h>
+
+typedef struct btg_row {
+    uint32_t pass, point;
+    bool lift; /* a retract: footprint, tip and axis of `position` alone count */
+    btg_position position;
+} btg_row;
+
+/* Columns after pass, point and status. */
+#define BTG_ROW_VALUES 24
+extern const char *const btg_row_names[BTG_ROW_VALUES];
+
+/* "lift", or the status' name. */
+const char *btg_row_status(const btg_row *row);
+/* In the order of btg_row_names; millimetres and degrees; NaN where a value does not exist. */
+void btg_row_values(const btg_row *row, double values[BTG_ROW_VALUES]);
+
+#endif

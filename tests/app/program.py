@@ -1,0 +1,796 @@
+"""The program from outside: every option, every refusal, every way a file cannot be written.
+
+    python3 program.py PATH_OF_BITANGENT [unittest's own options]
+"""
+
+import base64
+import csv
+import json
+import math
+import os
+import resource
+import signal
+import stat
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+PROGRAM = ""
+
+HEADER = (
+    "pass,point,status,foot_x,foot_y,tip_x,tip_y,tip_z,axis_x,axis_y,axis_z,p_x,p_y,p_z,np_x,np_y,"
+    "np_z,q_x,q_y,q_z,nq_x,nq_y,nq_z,drop_z,tilt_deg,spin_deg,inclination_deg"
+)
+STATUSES = {"two-contact", "osculating", "single-contact", "no-contact", "budget", "lift"}
+SIZE = 60.0  # of the part in x and y, mm
+
+
+def make_part(path, unit=1000):
+    """A bicubic dish, 60 mm square, beside two triangles for --use-mesh."""
+    control = []
+    for i in range(4):
+        for j in range(4):
+            height = 0.0 if 0 < i < 3 and 0 < j < 3 else 12.0
+            x, y, z = SIZE * i / 3, SIZE * j / 3, height + i
+            control += [x / unit, z / unit, -y / unit]
+    corners = [control[k : k + 3] for k in (0, 9, 36, 45)]
+    data = b"".join(struct.pack("<3f", *c) for c in corners) + struct.pack("<6H", 0, 2, 3, 0, 3, 1)
+    low = [min(c[k] for c in corners) for k in range(3)]
+    high = [max(c[k] for c in corners) for k in range(3)]
+    single = lambda v: [struct.unpack("<f", struct.pack("<f", x))[0] for x in v]
+    surface = {"degreeU": 3, "degreeV": 3, "countU": 4, "countV": 4, "controlPoints": control}
+    gltf = {
+        "asset": {"version": "2.0"},
+        "extensionsUsed": ["BITANGENT_tensor_surface"],
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [
+            {
+                "primitives": [
+                    {
+                        "attributes": {"POSITION": 0},
+                        "indices": 1,
+                        "extensions": {"BITANGENT_tensor_surface": {"surfaces": [surface]}},
+                    }
+                ]
+            }
+        ],
+        "accessors": [
+            {
+                "bufferView": 0,
+                "componentType": 5126,
+                "count": 4,
+                "type": "VEC3",
+                "min": single(low),
+                "max": single(high),
+            },
+            {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": 48},
+            {"buffer": 0, "byteOffset": 48, "byteLength": 12},
+        ],
+        "buffers": [
+            {
+                "byteLength": len(data),
+                "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode(),
+            }
+        ],
+    }
+    with open(path, "w") as f:
+        json.dump(gltf, f)
+
+
+def rows_of(path):
+    with open(path, newline="") as f:
+        return list(csv.DictReader(f))
+
+
+def records_of(path):
+    """APT records, continuation lines joined."""
+    records, pending = [], ""
+    with open(path) as f:
+        for line in f.read().splitlines():
+            pending += line.rstrip("$") if line.endswith("$") else line
+            if not line.endswith("$"):
+                records.append(pending)
+                pending = ""
+    assert pending == "", "the last record ends in $"
+    return records
+
+
+def numbers(record):
+    return [float(x) for x in record.split("/", 1)[1].split(",")]
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.dir = self.folder.name
+        self.part = self.at("part.gltf")
+        make_part(self.part)
+
+    def at(self, name):
+        return os.path.join(self.dir, name)
+
+    def write(self, name, text):
+        with open(self.at(name), "wb") as f:
+            f.write(text if isinstance(text, bytes) else text.encode())
+        return self.at(name)
+
+    def run_program(self, *words, **more):
+        more.setdefault("stdout", subprocess.PIPE)
+        more.setdefault("timeout", 120)
+        return subprocess.run(
+            [PROGRAM, *words], stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, **more
+        )
+
+    def good(self, *words, **more):
+        done = self.run_program(*words, **more)
+        self.assertEqual((done.returncode, done.stderr), (0, b""), words)
+        return done.stdout.decode() if done.stdout is not None else ""
+
+    def path(self, *words):
+        """A small path as CSV rows."""
+        out = self.at("out.csv")
+        self.good("path", self.part, "--side-step", "20", "--forward-step", "10", "-o", out, *words)
+        return rows_of(out)
+
+    def bad(self, code, *words, say="", **more):
+        before = sorted(os.listdir(self.dir))
+        done = self.run_program(*words, **more)
+        text = done.stderr.decode()
+        self.assertEqual(done.returncode, code, (words, text))
+        self.assertEqual(text.count("\n"), 1, (words, text))
+        self.assertTrue(text.startswith("bitangent: ") and text.endswith("\n"), text)
+        self.assertIn(say, text, words)
+        self.assertFalse(done.stdout, words)
+        self.assertEqual(sorted(os.listdir(self.dir)), before, words)
+        return text
+
+
+class Commands(Case):
+    def test_help_and_version(self):
+        self.assertRegex(self.good("--version"), r"^bitangent \d+\.\d+\.\d+\n$")
+        for words in (["help"], ["--help"], ["-h"], ["help", "help"]):
+            self.assertIn("bitangent path", self.good(*words))
+        for words in (["help", "path"], ["path", "--help"], ["path", "-h"]):
+            self.assertIn("--side-step", self.good(*words))
+        self.assertIn("ready", self.good("help", "info"))
+
+    def test_info(self):
+        info = json.loads(self.good("info", "--json"))
+        self.assertRegex(info["version"], r"^\d+\.\d+\.\d+$")
+        states = {b["name"]: b["state"] for b in info["backends"]}
+        self.assertEqual(states["cpu"], "ready")
+        self.assertEqual(set(states), {"cpu", "reference", "osmesa", "gl", "vulkan"})
+        self.assertLessEqual(set(states.values()), {"not-built", "no-device", "ready"})
+        for b in info["backends"]:
+            self.assertIsInstance(b["device"], str)
+        text = self.good("info")
+        for name in states:
+            self.assertIn(name, text)
+
+    def test_refusals(self):
+        self.bad(2, say="no command")
+        self.bad(2, "paht", say="unknown command")
+        self.bad(2, "help", "nothing", say="no help")
+        self.bad(2, "info", "--jsom", say="--jsom")
+        for later in ("verify", "bench", "plan", "view"):
+            self.bad(2, later, "x", say="not in this version")
+
+
+class Refusals(Case):
+    def refuse(self, option, value, say=""):
+        out = ["-o", self.at("out.csv")]
+        words = [option] if value is None else [option, value]
+        text = self.bad(2, "path", self.part, *out, *words, say=say)
+        self.assertIn(option, text)
+        if value is not None and option.startswith("--"):
+            self.bad(2, "path", self.part, *out, option + "=" + value, say=say)
+
+    def test_values(self):
+        wrong = ["", "x", "12abc", "nan", "inf", "0x10", "1,5", " 1", "1e999", "1e"]
+        for option in ("--side-step", "--forward-step", "--feed"):
+            for value in wrong + ["0", "-1"]:
+                self.refuse(option, value)
+        for value in wrong + ["-1", "91"]:
+            self.refuse("--max-tilt", value)
+        for value in wrong + ["0", "-1", "2", "1e-10"]:
+            self.refuse("--tolerance", value)
+        for value in ("", "x", "0", "-1", "1.5", "1e2", "99999999999"):
+            self.refuse("--threads", value)
+            self.refuse("--node-budget", value)
+        self.refuse("--threads", "1025")
+        self.refuse("--feed", "1e7")
+
+    def test_tool(self):
+        for value in ("", "6.7", "6.7,6,toroidal,1", "6.7;6", "a,b", "6.7,6,", "1" * 200 + ",1"):
+            self.refuse("--tool", value)
+        self.refuse("--tool", "6.7,6,ball", say="toroidal or bullnose")
+        self.refuse("--tool", "-1,6", say="major radius")
+        self.refuse("--tool", "6.7,0", say="bullnose")
+        self.refuse("--tool", "0,0,bullnose", say="both radii")
+        self.refuse("--tool", "2e6,1")
+        for option in ("--shank", "--holder"):
+            for value in ("", "5", "5,1", "5,1,2,3", "0,1,2", "-5,1,2", "5,2,1", "5,-1,2", "5,1,x"):
+                self.refuse(option, value)
+        nine = ["--holder", "5,1,2"] * 9
+        self.bad(2, "path", self.part, *nine, say="more than 8")
+
+    def test_words(self):
+        for value in ("", "paralel", "one-way:", "one-way:0", "one-way:x", "one-way:2e6", "points:"):
+            self.refuse("--footprint", value)
+        for value in ("vcrf-grid", "depth", "dst", "drd", "sr", "direct", "bisection"):
+            self.refuse("--method", value, say="not in this version")
+        self.refuse("--method", "magic", say="vcrf")
+        self.refuse("--backend", "abacus", say="auto, cpu, reference")
+        for value in ("gap:2", "across", "widest"):
+            self.refuse("--spin", value, say="not in this version")
+        for value in ("", "fixed", "fixed:", "fixed:x", "fixed:361"):
+            self.refuse("--spin", value)
+        for value in ("", "inch", "M"):
+            self.refuse("--gltf-unit", value)
+        self.refuse("--up", "x", say="y or z")
+        for option, value in (("--levels", "2"), ("--window", "50"), ("--machine", "xyzac-trt")):
+            self.refuse(option, value, say="not in this version")
+        self.refuse("--raw", None, say="not in this version")
+        self.bad(2, "path", self.part, "--json=1", say="takes no value")
+        self.bad(2, "path", self.part, "--sidestep", "1", say="unknown option")
+        self.bad(2, "path", self.part, "--tool", say="needs a value")
+
+    def test_not_built(self):
+        for b in json.loads(self.good("info", "--json"))["backends"]:
+            if b["state"] == "not-built":
+                self.refuse("--backend", b["name"], say="not built")
+            elif b["state"] == "no-device":
+                self.bad(1, "path", self.part, "--backend", b["name"], say="no device")
+
+    def test_parts(self):
+        self.bad(2, "path", say="no part")
+        self.bad(2, "path", "", say="empty")
+        self.bad(2, "path", self.part, self.part, say="two parts")
+        self.bad(2, "path", self.at("missing.gltf"), say="missing.gltf")
+        self.bad(2, "path", self.dir)
+        self.bad(2, "path", self.write("x.gltf", "{}"), say="x.gltf")
+        self.bad(2, "path", self.at("a\nb.gltf"), say="a?b.gltf")
+        self.bad(2, "path", "--", "--json", say="--json")
+
+    def test_outputs(self):
+        for ending in ("ngc", "glb"):
+            self.refuse("-o", self.at("out." + ending), say="not in this version")
+        for name in ("out", "out.txt", "csv", ".", "out.csv.", "a.csv/b"):
+            self.refuse("-o", self.at(name), say=".csv, .json, .cl or .png")
+        self.bad(2, "path", self.part, "-o", "a.csv", "-o", "a.csv", say="twice")
+        self.refuse("-o", "csv:", say="no file")
+        many = [w for i in range(17) for w in ("-o", self.at("%d.csv" % i))]
+        self.bad(2, "path", self.part, *many, say="more than 16")
+
+    def test_inputs_stay(self):
+        points = self.write("points.csv", "1 2\n")
+        self.bad(
+            2, "path", self.part, "--footprint", "points:" + points, "-o", points, say="is read from"
+        )
+        os.link(self.part, self.at("same.json"))
+        self.bad(2, "path", self.part, "-o", self.at("same.json"), say="is read from")
+
+    def test_too_many_points(self):
+        self.bad(2, "path", self.part, "--side-step", "1e-6", say="larger steps")
+
+
+class Csv(Case):
+    def test_format(self):
+        rows = self.path()
+        with open(self.at("out.csv")) as f:
+            lines = f.read().split("\n")
+        self.assertEqual(lines[0], HEADER)
+        self.assertEqual(lines[-1], "")
+        self.assertEqual(len(rows), 4 * 7)
+        for line in lines[1:-1]:
+            cells = line.split(",")
+            self.assertEqual(len(cells), 27)
+            self.assertIn(cells[2], STATUSES)
+            for cell in cells[3:]:
+                self.assertTrue(cell == "nan" or "%.17g" % float(cell) == cell, cell)
+        feet = [(float(r["foot_x"]), float(r["foot_y"])) for r in rows]
+        x = [0, 20, 40, 60]
+        self.assertEqual(feet, [(x[i // 7], 10.0 * (i % 7)) for i in range(28)])
+        self.assertEqual([(int(r["pass"]), int(r["point"])) for r in rows],
+                         [(i // 7, i % 7) for i in range(28)])
+
+    def test_meaning(self):
+        for r in self.path():
+            v = {k: float(x) for k, x in r.items() if k != "status"}
+            axis = [v["axis_" + c] for c in "xyz"]
+            self.assertAlmostEqual(math.hypot(*axis), 1, 12)
+            self.assertIn(r["status"], ("two-contact", "osculating"))
+            # P lies on the insert: Ri from the major circle about the torus centre.
+            for name in "pq":
+                centre = [v["tip_" + c] + 6 * a for c, a in zip("xyz", axis)]
+                arm = [v["%s_%s" % (name, c)] - m for c, m in zip("xyz", centre)]
+                h = sum(a * b for a, b in zip(arm, axis))
+                radius = math.sqrt(max(0, sum(a * a for a in arm) - h * h))
+                self.assertAlmostEqual(math.hypot(radius - 6.7, h), 6, 2)
+
+    def test_threads_do_not_show(self):
+        texts = []
+        for threads in ("1", "2", "7"):
+            self.path("--threads", threads)
+            with open(self.at("out.csv"), "rb") as f:
+                texts.append(f.read())
+        self.assertEqual(texts[0], texts[1])
+        self.assertEqual(texts[0], texts[2])
+
+
+class Options(Case):
+    def test_steps(self):
+        out = self.at("a.csv")
+        self.good("path", self.part, "-o", out)
+        self.assertEqual(len(rows_of(out)), 5 * 31)  # 0 18 36 54 60 by 0 2 ... 60
+        self.good("path", self.part, "-o", out, "--side-step=7e1", "--forward-step=25")
+        self.assertEqual([float(r["foot_y"]) for r in rows_of(out)], [0, 25, 50, 60] * 2)
+
+    def test_zigzag(self):
+        rows = self.path("--footprint", "zigzag")
+        y = [float(r["foot_y"]) for r in rows]
+        self.assertEqual(y[:7], y[7:14][::-1])
+        straight = {(r["foot_x"], r["foot_y"]): r["tip_z"] for r in self.path()}
+        for r in rows:
+            self.assertEqual(straight[r["foot_x"], r["foot_y"]], r["tip_z"])
+
+    def test_one_way(self):
+        for words, lift in ((["one-way"], 20), (["one-way:3.5"], 3.5)):
+            rows = self.path("--footprint", *words)
+            self.assertEqual(len(rows), 4 * 9)
+            summary = json.loads(self.good("path", self.part, "--json"))
+            top = summary["part"]["box_max_mm"][2]
+            for i, r in enumerate(rows):
+                self.assertEqual(r["status"] == "lift", i % 9 in (0, 8))
+                if r["status"] != "lift":
+                    continue
+                near = rows[i + 1] if i % 9 == 0 else rows[i - 1]
+                for name in ("axis_x", "axis_y", "axis_z", "tip_x", "tip_y", "pass", "point"):
+                    self.assertEqual(r[name], near[name])
+                lean = math.acos(min(1, float(r["axis_z"])))
+                droop = 6.7 * math.sin(lean) + 6 - 6 * math.cos(lean)
+                self.assertAlmostEqual(float(r["tip_z"]), top + lift + droop, 6)
+                self.assertEqual(r["p_x"], "nan")
+                self.assertEqual(r["tilt_deg"], "nan")
+
+    def test_one_way_over_chunks(self):
+        """Lifts lean as their own position does, wherever the work is cut."""
+        out = self.at("a.csv")
+        self.good("path", self.part, "-o", out, "--footprint", "one-way", "--side-step", "0.5",
+                  "--forward-step", "29")
+        rows = rows_of(out)
+        self.assertEqual(len(rows), 121 * 6)
+        for i, r in enumerate(rows):
+            if r["status"] == "lift":
+                near = rows[i + 1] if i % 6 == 0 else rows[i - 1]
+                self.assertEqual(r["axis_x"], near["axis_x"])
+
+    def test_points(self):
+        text = b"\xef\xbb\xbf# x y\n\n10 20\n 30,40 # here\n\t5\t6\t\r\n1e1 , 2.5"
+        rows = self.path("--footprint", "points:" + self.write("p.txt", text))
+        feet = [(float(r["foot_x"]), float(r["foot_y"])) for r in rows]
+        self.assertEqual(feet, [(10, 20), (30, 40), (5, 6), (10, 2.5)])
+        self.assertEqual([r["point"] for r in rows], ["0", "1", "2", "3"])
+
+    def test_bad_points(self):
+        long = "1" * 2000
+        wrong = {
+            "1 2\n3\n": ":2: y is not",
+            "1 2\n\n# x\nx 3\n": ":4: x is not",
+            "1 2 3\n": ":1: more than two",
+            "1 2,\n": ":1: more than two",
+            "1,,2\n": ":1: y is not",
+            "1 nan\n": ":1: y is not",
+            "1 0x2\n": ":1: y is not",
+            "1 2\x00\n": ":1: a zero byte",
+            "1 1e7\n": ":1: the point is",
+            "# nothing\n": "no points",
+            "": "no points",
+            long: ":1: the line is longer",
+            "1 " + "9" * 70 + "\n": ":1: y is not",
+        }
+        for text, say in wrong.items():
+            p = self.write("p.txt", text)
+            self.bad(2, "path", self.part, "--footprint", "points:" + p, say="p.txt" + (
+                say if say[0] == ":" else ": " + say))
+        self.bad(2, "path", self.part, "--footprint", "points:" + self.at("none"), say="cannot read")
+        self.bad(2, "path", self.part, "--footprint", "points:" + self.dir, say="cannot read")
+        self.bad(2, "path", self.part, "--footprint", "points:/dev/zero", say="zero byte")
+
+    def test_tool(self):
+        default = self.path()
+        self.assertEqual(default, self.path("--tool", "6.7,6"))
+        self.assertEqual(default, self.path("--tool", "6.7,6,toroidal"))
+        other = self.path("--tool", "3,2,bullnose")
+        self.assertNotEqual([r["tip_z"] for r in default], [r["tip_z"] for r in other])
+        ball = self.path("--tool", "0,5")
+        self.assertEqual({r["status"] for r in ball}, {"single-contact"})
+        self.assertEqual({float(r["tilt_deg"]) for r in ball}, {0.0})
+
+    def test_shank_and_holder(self):
+        default = self.path()
+        for option in ("--shank", "--holder"):
+            wide = self.path(option, "60,8,100")
+            self.assertEqual(default, self.path(option, "1,50,100"))
+            self.assertNotEqual(default, wide)
+            higher = [float(b["tip_z"]) >= float(a["tip_z"]) - 1e-6 for a, b in zip(default, wide)]
+            self.assertIn(True, higher)
+        two = self.path("--holder", "1,50,60", "--holder", "60,8,100")
+        self.assertEqual(two, self.path("--holder", "60,8,100"))
+
+    def test_solver(self):
+        default = self.path("--method", "vcrf", "--spin", "none")
+        self.assertEqual(default, self.path())
+        spun = self.path("--spin", "fixed:30")
+        self.assertIn(30.0, {round(float(r["spin_deg"]), 9) for r in spun})
+        low = self.path("--max-tilt", "0.5")
+        self.assertIn("single-contact", {r["status"] for r in low})
+        for r in low:
+            self.assertLessEqual(float(r["tilt_deg"]), 0.5 + 1e-9)
+        short = self.path("--node-budget", "3")
+        self.assertIn("budget", {r["status"] for r in short})
+        for a, b in zip(default, short):
+            self.assertGreater(float(b["drop_z"]), float(a["drop_z"]) - 1e-3)
+        fine = self.path("--tolerance", "1e-6")
+        for a, b in zip(default, fine):
+            self.assertLess(abs(float(a["drop_z"]) - float(b["drop_z"])), 1e-3)
+
+    def test_backends(self):
+        points = "points:" + self.write("p.txt", "10 20\n30 31\n")
+        rows = {b: self.path("--footprint", points, "--backend", b)
+                for b in ("auto", "cpu", "reference")}
+        self.assertEqual(rows["auto"], rows["cpu"])
+        for a, b in zip(rows["cpu"], rows["reference"]):
+            self.assertAlmostEqual(float(a["drop_z"]), float(b["drop_z"]), 3)
+            self.assertAlmostEqual(float(a["tilt_deg"]), float(b["tilt_deg"]), 1)
+        for b in ("cpu", "reference"):
+            summary = json.loads(self.good(
+                "path", self.part, "--footprint", points, "--backend", b, "--json"))
+            self.assertEqual(summary["backend"], b)
+
+    def test_part(self):
+        def box(*words):
+            part = json.loads(self.good("path", self.part, "--json", *words))["part"]
+            return [b - a for a, b in zip(part["box_min_mm"], part["box_max_mm"])], part
+
+        size, part = box()
+        self.assertEqual([round(s, 6) for s in size[:2]], [60, 60])
+        self.assertEqual((part["surfaces"], part["triangles"]), (1, 0))
+        self.assertEqual([round(s, 6) for s in box("--up", "z")[0]],
+                         [round(s, 6) for s in (size[0], size[2], size[1])])
+        size, part = box("--use-mesh")
+        self.assertEqual((part["surfaces"], part["triangles"]), (0, 2))
+        make_part(self.part, 1)
+        self.assertEqual([round(s, 6) for s in box("--gltf-unit", "mm")[0][:2]], [60, 60])
+
+    def test_summary(self):
+        text = self.good("path", self.part, "-o", self.at("out.csv"))
+        for word in ("part.gltf", "1 surface", "toroidal", "parallel", "positions", "155",
+                     "two-contact", "median", "positions/s", "cpu", "out.csv"):
+            self.assertIn(word, text)
+        self.assertEqual(self.good("path", self.part, "--quiet"), "")
+
+    def test_json(self):
+        s = json.loads(self.good("path", self.part, "--json", "--quiet", "--threads", "2"))
+        self.assertEqual(s["positions"], 155)
+        self.assertEqual((s["method"], s["backend"], s["threads"]), ("vcrf", "cpu", 2))
+        self.assertEqual(sum(s["statuses"].values()), 155)
+        self.assertEqual(set(s["statuses"]), STATUSES)
+        self.assertAlmostEqual(s["positions_per_second"] * s["seconds"], 155, 6)
+
+    def test_json_file(self):
+        out = self.at("out.json")
+        rows = self.path("-o", out, "--footprint", "one-way")
+        with open(out) as f:
+            whole = json.load(f)
+        self.assertEqual(whole["summary"]["positions"], 28)
+        self.assertEqual(whole["summary"]["statuses"]["lift"], 8)
+        self.assertEqual(len(whole["positions"]), len(rows))
+        for a, b in zip(whole["positions"], rows):
+            self.assertEqual(list(a), HEADER.split(","))
+            for name, value in a.items():
+                if name == "status":
+                    self.assertEqual(value, b[name])
+                else:
+                    self.assertTrue(b[name] == "nan" if value is None else value == float(b[name]))
+
+    def test_nothing_touched(self):
+        points = "points:" + self.write("p.txt", "500 500\n")
+        self.bad(1, "path", self.part, "--footprint", points, "-o", self.at("out.csv"),
+                 say="no position touches")
+        points = "points:" + self.write("p.txt", "500 500\n30 30\n")
+        self.assertEqual(self.path("--footprint", points)[0]["tip_z"], "nan")
+
+
+    def on_terminal(self, *words):
+        """Standard error of a run whose standard error is a terminal."""
+        master, slave = os.openpty()
+        child = subprocess.Popen([PROGRAM, *words], stdout=subprocess.DEVNULL, stderr=slave)
+        os.close(slave)
+        text = b""
+        try:
+            while chunk := os.read(master, 4096):
+                text += chunk
+        except OSError:
+            pass
+        os.close(master)
+        self.assertEqual(child.wait(60), 0)
+        return text.decode()
+
+    def test_progress(self):
+        text, step = "", 2.0
+        while "left" not in text and step > 0.01:  # work of more than 0.3 seconds
+            step /= 2
+            words = ["path", self.part, "--side-step", str(step), "--forward-step", str(step)]
+            text = self.on_terminal(*words)
+        self.assertRegex(text, r"\[[#.]+\] +\d+ %  \d+ positions/s  \d+ s left")
+        self.assertTrue(text.endswith("\r\033[K"))
+        self.assertEqual(self.on_terminal(*words, "--quiet"), "")
+
+
+class Apt(Case):
+    def test_syntax(self):
+        out = self.at("out.cl")
+        rows = self.path("-o", out, "--feed", "1234.5", "--tool", "3,2", "--shank", "2,5,40")
+        with open(out) as f:
+            lines = f.read().split("\n")
+        self.assertEqual(lines.pop(), "")
+        for line in lines:
+            self.assertLess(len(line), 72)
+            self.assertNotRegex(line.split("PARTNO")[0], r"\d[eE]|nan|inf")
+        records = records_of(out)
+        self.assertEqual(records[:3], ["PARTNO part", "UNITS/MM", "MULTAX/ON"])
+        self.assertEqual(records[-1], "FINI")
+        self.assertEqual(numbers(records[3]), [10, 2, 3, 2, 0, 0, 42])
+        self.assertEqual(records[4], "FEDRAT/1234.500000,MMPM")
+        feeds, rapids, previous = [], [], ""
+        for r in records[5:-1]:
+            self.assertIn(r.split("/")[0], ("RAPID", "GOTO"))
+            if r.startswith("GOTO"):
+                self.assertEqual(len(numbers(r)), 6)
+                self.assertAlmostEqual(math.hypot(*numbers(r)[3:]), 1, 8)
+                (rapids if previous == "RAPID" else feeds).append(numbers(r))
+            previous = r
+        self.assertEqual(len(feeds), len(rows))
+        for g, r in zip(feeds, rows):
+            for value, name in zip(g, ("tip_x", "tip_y", "tip_z", "axis_x", "axis_y", "axis_z")):
+                self.assertAlmostEqual(value, float(r[name]), 6)
+        # Up, across and down between the 4 passes, once before and once after.
+        self.assertEqual(len(rapids), 2 * 4)
+        for g in rapids:
+            self.assertGreater(g[2], 12 + 20 - 1)
+
+    def test_links(self):
+        out = self.at("out.cl")
+        for kind, rapids in (("parallel", 8), ("one-way", 8), ("zigzag", 2)):
+            rows = self.path("-o", out, "--footprint", kind)
+            records = records_of(out)
+            self.assertEqual(records.count("RAPID"), rapids, kind)
+            solved = [r for r in rows if r["status"] != "lift"]
+            self.assertEqual(sum(r.startswith("GOTO") for r in records) - rapids, len(solved))
+
+    def test_gap(self):
+        out = self.at("out.cl")
+        points = self.write("p.txt", "10 10\n20 10\n500 500\n30 10\n500 500\n")
+        self.path("-o", out, "--footprint", "points:" + points)
+        records = [r.split("/")[0] for r in records_of(out)[5:]]
+        move = ["RAPID", "GOTO"]
+        self.assertEqual(records, move + ["GOTO"] * 2 + move * 2 + ["GOTO"] + move + ["FINI"])
+
+
+class Picture(Case):
+    def setUp(self):
+        super().setUp()
+        done = self.run_program("path", self.part, "-o", self.at("probe.png"))
+        if b"draws no pictures" in done.stderr:
+            self.assertEqual(done.returncode, 2)
+            self.skipTest("built without Cairo")
+
+    def draw(self, *words, part=None):
+        out = self.at("out.png")
+        self.good("path", part or self.part, "--quiet", "-o", out, *words)
+        with open(out, "rb") as f:
+            return f.read()
+
+    def test_format(self):
+        data = self.draw("--side-step", "20")
+        self.assertEqual(data[:16], b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
+        width, height = struct.unpack(">2I", data[16:24])
+        self.assertEqual(width, 1400)
+        self.assertTrue(800 <= height <= 1000, height)
+        self.assertEqual(data[-8:-4], b"IEND")
+
+    def test_shows_the_path(self):
+        one = self.draw("--side-step", "20")
+        self.assertEqual(one, self.draw("--side-step", "20", "--threads", "1"))
+        self.assertNotEqual(one, self.draw("--side-step", "30"))
+        self.assertNotEqual(one, self.draw("--side-step", "20", "--tool", "3,2"))
+        self.assertNotEqual(one, self.draw("--side-step", "20", "--use-mesh"))
+
+    def test_any_name(self):
+        for name in (b"b\xff\xc3\xa4\x01.gltf", b"x" * 250 + b".glt", b"\xc3\xa4" * 120 + b".gltf"):
+            odd = os.path.join(os.fsencode(self.dir), name)
+            os.symlink(self.part, odd)
+            self.assertGreater(len(self.draw("--side-step", "30", part=odd)), 10000)
+
+    def test_standard_output(self):
+        done = self.run_program("path", self.part, "-o", "png:-")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stdout[:4], b"\x89PNG")
+
+    def test_full_device(self):
+        self.bad(1, "path", self.part, "-o", "png:/dev/full", say="No space")
+
+
+class Files(Case):
+    def limit(self, size):
+        def act():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+        return act
+
+    def skip_under(self, *marks):
+        """Sanitizers' run-time parts do not live within such limits."""
+        with open(PROGRAM, "rb") as f:
+            text = f.read()
+        if any(m in text for m in marks) or "LD_PRELOAD" in os.environ:
+            self.skipTest("the program is not itself here")
+
+    def test_disk_full(self):
+        self.skip_under(b"__tsan_init")
+        for size in (0, 100, 4096, 20000):
+            for name in ("out.csv", "out.json", "out.cl"):
+                self.bad(1, "path", self.part, "--forward-step", "0.5", "-o", self.at(name),
+                         say="cannot write", preexec_fn=self.limit(size))
+        old = self.write("old.csv", "old\n")
+        self.bad(1, "path", self.part, "-o", old, "-o", self.at("x.json"), say="cannot write",
+                 preexec_fn=self.limit(4096))
+        with open(old) as f:
+            self.assertEqual(f.read(), "old\n")
+
+    def test_full_device(self):
+        os.symlink("/dev/full", self.at("full.csv"))
+        self.bad(1, "path", self.part, "-o", self.at("full.csv"), say="No space")
+        self.bad(1, "path", self.part, "-o", "json:/dev/full", say="No space")
+        self.assertTrue(stat.S_ISCHR(os.stat("/dev/full").st_mode))
+        for words in (["path", self.part], ["path", self.part, "--json"], ["info"], ["help"],
+                      ["info", "--json"], ["--version"]):
+            with open("/dev/full", "w") as full:
+                self.bad(1, *words, say="standard output", stdout=full)
+
+    def test_no_place(self):
+        self.bad(1, "path", self.part, "-o", self.at("none/out.csv"), say="make its directory")
+        os.mkdir(self.at("folder.csv"))
+        self.bad(1, "path", self.part, "-o", self.at("folder.csv"), say="s a directory")
+        self.bad(1, "path", self.part, "-o", self.part + "/out.csv", say="ot a directory")
+        os.symlink("nowhere/x", self.at("lost.csv"))
+        self.bad(1, "path", self.part, "-o", self.at("lost.csv"), say="cannot write")
+        self.bad(1, "path", self.part, "-o", self.at("x" * 300 + ".csv"), say="too long")
+        self.bad(1, "path", self.part, "-o", self.at("out.csv"), "-o", self.at("none/out.cl"))
+
+    def test_no_permission(self):
+        """As a user who may read the part, but not write here."""
+        more = {}
+        if os.geteuid() == 0:
+            more["preexec_fn"] = lambda: os.setuid(65534)
+            os.chmod(self.dir, 0o755)
+            try:
+                self.run_program("--version", **more)
+            except (PermissionError, FileNotFoundError):
+                self.skipTest("another user cannot run the program here")
+        os.chmod(self.part, 0o644)
+        old = self.write("old.csv", "old\n")
+        os.chmod(old, 0o444)
+        self.bad(1, "path", self.part, "-o", old, say="ermission", **more)
+        os.chmod(self.dir, 0o555)
+        self.bad(1, "path", self.part, "-o", self.at("out.csv"), say="ermission", **more)
+        os.chmod(self.dir, 0o755)
+
+    def test_standard_output(self):
+        self.path()
+        with open(self.at("out.csv")) as f:
+            expected = f.read()
+        words = ["path", self.part, "--side-step", "20", "--forward-step", "10"]
+        for name in ("csv:-", "csv:/dev/stdout", "csv:/dev/fd/1", "csv:/proc/self/fd/1"):
+            done = self.run_program(*words, "-o", name)
+            self.assertEqual((done.returncode, done.stdout.decode()), (0, expected))
+            self.assertIn("positions/s", done.stderr.decode())
+            self.assertEqual(self.good(*words, "--quiet", "-o", name), expected)
+            with open(self.at("file"), "w") as f:
+                f.write("before\n")
+                f.flush()
+                self.good(*words, "--quiet", "-o", name, stdout=f)
+            with open(self.at("file")) as f:
+                self.assertEqual(f.read(), "before\n" + expected)
+            os.remove(self.at("file"))
+        self.bad(2, *words, "-o", "csv:-", "--json", say="--json")
+        self.assertTrue(os.path.islink("/dev/stdout"))
+
+    def test_pipe(self):
+        os.mkfifo(self.at("pipe.csv"))
+        text = []
+        def read():
+            with open(self.at("pipe.csv")) as f:
+                text.append(f.read())
+        reader = threading.Thread(target=read)
+        reader.start()
+        self.good("path", self.part, "-o", self.at("pipe.csv"))
+        reader.join()
+        self.assertEqual(text[0].count("\n"), 156)
+        self.assertTrue(stat.S_ISFIFO(os.stat(self.at("pipe.csv")).st_mode))
+
+    def test_broken_pipe(self):
+        read, write = os.pipe()
+        os.close(read)
+        self.bad(1, "path", self.part, "-o", "csv:-", say="Broken pipe", stdout=write)
+        os.close(write)
+
+    def test_closed_output(self):
+        done = self.run_program("path", self.part, "-o", self.at("out.csv"),
+                                preexec_fn=lambda: os.close(1))
+        self.assertEqual(done.returncode, 1)
+        self.assertIn(b"standard output", done.stderr)
+        self.assertEqual(len(rows_of(self.at("out.csv"))), 155)
+
+    def test_existing(self):
+        target = self.write("target.csv", "old\n")
+        os.chmod(target, 0o640)
+        os.symlink("target.csv", self.at("link.csv"))
+        self.good("path", self.part, "-o", self.at("link.csv"))
+        self.assertTrue(os.path.islink(self.at("link.csv")))
+        self.assertEqual(len(rows_of(target)), 155)
+        self.assertEqual(stat.S_IMODE(os.stat(target).st_mode), 0o640)
+
+    def test_mode(self):
+        self.good("path", self.part, "-o", self.at("out.csv"), preexec_fn=lambda: os.umask(0o027))
+        self.assertEqual(stat.S_IMODE(os.stat(self.at("out.csv")).st_mode), 0o640)
+
+    def test_relative(self):
+        self.good("path", "part.gltf", "-o", "OUT.CSV", "-o", "-x.csv", cwd=self.dir)
+        self.assertEqual(sorted(os.listdir(self.dir)), ["-x.csv", "OUT.CSV", "part.gltf"])
+
+    def test_long_name(self):
+        name = "x" * 250 + ".csv"
+        self.good("path", self.part, "-o", self.at(name))
+        self.assertIn(name, os.listdir(self.dir))
+
+    def test_signals(self):
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            words = ["path", self.part, "--side-step", "0.02", "--forward-step", "0.02"]
+            child = subprocess.Popen(
+                [PROGRAM, *words, "-o", self.at("out.csv"), "-o", self.at("out.cl")],
+                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            end = time.monotonic() + 30
+            while len(os.listdir(self.dir)) < 3 and time.monotonic() < end:
+                time.sleep(0.01)
+            self.assertEqual(len(os.listdir(self.dir)), 3)
+            time.sleep(0.05)
+            child.send_signal(number)
+            self.assertEqual(child.wait(30), -number)
+            self.assertEqual(os.listdir(self.dir), ["part.gltf"])
+
+    def test_fewer_threads(self):
+        """Where the system refuses threads, those there are do the work."""
+        self.skip_under(b"__asan_init", b"__tsan_init")
+        def act():
+            resource.setrlimit(resource.RLIMIT_STACK, (256 << 20, resource.RLIM_INFINITY))
+            resource.setrlimit(resource.RLIMIT_AS, (700 << 20, 700 << 20))
+        words = ["path", self.part, "--forward-step", "0.05", "--side-step", "30", "--json"]
+        few = json.loads(self.good(*words, "--threads", "200", preexec_fn=act))
+        many = json.loads(self.good(*words))
+        self.assertLess(few["threads"], 200)
+        self.assertEqual(few["statuses"], many["statuses"])
+
+
+if __name__ == "__main__":
+    PROGRAM = os.path.abspath(sys.argv.pop(1))
+    unittest.main()

@@ -1,0 +1,73 @@
+#!/usr/bin/env python3
+"""Tells how a run of `meson test` went: test_summary.py BUILD_DIR COUNTS_FILE [TEST]...
+
+Prints a line a test (and the end of the output of those that failed) and writes
+"passed failed skipped" to COUNTS_FILE. A test that was due and left no result has failed.
+"""
+import json
+import os
+import subprocess
+import sys
+
+TAIL_LINES = 40
+PASSED = {"OK", "EXPECTEDFAIL"}
+SKIPPED = {"SKIP", "IGNORED"}
+
+
+def tail(text):
+    lines = (text or "").rstrip().splitlines()
+    if len(lines) > TAIL_LINES:
+        lines = [f"... {len(lines) - TAIL_LINES} lines before"] + lines[-TAIL_LINES:]
+    return ["    | " + line for line in lines]
+
+
+def last_line(text):
+    lines = (text or "").strip().splitlines()
+    return lines[-1].strip() if lines else ""
+
+
+def due_tests(build):
+    """Names as the log has them: with the suite, without the project."""
+    out = subprocess.run(["meson", "introspect", "--tests", build], check=True,
+                         capture_output=True, text=True).stdout
+    return [test["name"] for test in json.loads(out)]
+
+
+def results_of(build):
+    path = os.path.join(build, "meson-logs", "testlog.json")
+    if not os.path.exists(path):
+        return []
+    with open(path, encoding="utf-8", errors="replace") as log:
+        return [json.loads(line) for line in log if line.strip()]
+
+
+def main():
+    build, counts_file, only = sys.argv[1], sys.argv[2], sys.argv[3:]
+    passed = failed = skipped = 0
+    seen = set()
+    for result in results_of(build):
+        # "bitangent:suite / name" in the log, "name" where it was defined
+        name = result["name"].split(" / ")[-1]
+        seen.add(name)
+        output = result.get("stdout", "")
+        if result["result"] in PASSED:
+            passed += 1
+            print(f"  passed   {name}  ({result['duration']:.1f} s)")
+        elif result["result"] in SKIPPED:
+            skipped += 1
+            print(f"  skipped  {name}: {last_line(output) or 'no reason given'}")
+        else:
+            failed += 1
+            print(f"  FAILED   {name}  ({result['result']}, {result['duration']:.1f} s)")
+            print("\n".join(tail(output) + tail(result.get("stderr"))))
+    for name in only or due_tests(build):
+        if name not in seen:
+            failed += 1
+            print(f"  FAILED   {name}: no result, see {build}/test-output.txt")
+    if passed + failed + skipped == 0:
+        print(f"  no test ran, see {build}/test-output.txt")
+    with open(counts_file, "w", encoding="ascii") as out:
+        print(passed, failed, skipped, file=out)
+
+
+main()
