@@ -187,7 +187,7 @@ def trs_node():
 
 
 def turned_node():
-    """A third of a turn about x = y = z; the quaternion is off unit as single precision leaves it."""
+    """A third of a turn about x = y = z; the quaternion is off unit, as exporters leave it."""
     v = Variant()
     rows = [((y - 0.5) / 2, (z - 0.25) / 2, (x - 0.125) / 2) for x, y, z in vertices()]
     return v.finish([primitive(v.points(rows), v.indices(corners()))],

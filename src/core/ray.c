@@ -72,12 +72,9 @@ typedef struct circle {
     double d;                  /* power with respect to the insert's sphere */
 } circle;
 
-/* Turn from the point to the entry (tv, tw) on its own circle, as a value (-beta). A point just
- * inside gives a small positive value; one beyond the entry goes once round. */
-static double turn_value(const circle *c, double tv, double tw, bool inside) {
-    double beta = atan2(c->sv * tw - c->sw * tv, c->sv * tv + c->sw * tw);
-    if (beta < 0 && !inside) beta += 2 * BTG_PI;
-    return -beta;
+/* Turn from the point to a place (tv, tw) of its own circle: -pi .. pi. */
+static double turn(const circle *c, double tv, double tw) {
+    return atan2(c->sv * tw - c->sw * tv, c->sv * tv + c->sw * tw);
 }
 
 static bool cast_torus(const btg_tool_element *e, const circle *c, double *value) {
@@ -90,8 +87,15 @@ static bool cast_torus(const btg_tool_element *e, const circle *c, double *value
     double tv = ro + c->d / (4 * ro) - ro * c->su * c->su / c->d;
     if (!(tv <= c->radius)) return false;
     if (tv < -c->radius) tv = -c->radius;
-    double tw = -sqrt((c->radius - tv) * (c->radius + tv));
-    *value = turn_value(c, tv, tw, c->sv > tv);
+    double beta = turn(c, tv, -sqrt((c->radius - tv) * (c->radius + tv)));
+    /* From below the equator the entry is less than half a turn away, ahead or, inside, behind.
+     * From above it is behind when inside, and else once round. */
+    if (c->sw > 0) {
+        bool inside = c->sv > tv + BTG_INSIDE * c->radius;
+        if (inside && beta > 0) beta -= 2 * BTG_PI;
+        if (!inside && beta < 0) beta += 2 * BTG_PI;
+    }
+    *value = -beta;
     return true;
 }
 
@@ -101,8 +105,16 @@ static bool cast_flat(const btg_tool_element *e, const circle *c, double *value)
     if (c->radius < ri) return false;
     double tv = sqrt((c->radius - ri) * (c->radius + ri));
     if (c->su * c->su + (tv - ro) * (tv - ro) > ro * ro) return false;
-    *value = turn_value(c, tv, -ri, c->sw > -ri && c->sw <= 0 && c->sv > 0);
+    double beta = turn(c, tv, -ri);
+    if (c->sw > 0 && beta < 0) beta += 2 * BTG_PI;
+    *value = -beta;
     return true;
+}
+
+/* Turn to an entry above the equator: behind when inside, else ahead, once round if need be. */
+static double entry(const circle *c, double tv, double tw, bool inside) {
+    double beta = turn(c, tv, tw);
+    return beta < 0 && !inside ? beta + 2 * BTG_PI : beta;
 }
 
 /* A cylinder of shank or holder: in the circle's plane the rectangle |v - major| <= c,
@@ -112,20 +124,22 @@ static bool cast_cylinder(const btg_tool_element *e, double major, const circle 
     double c2 = e->ring_radius_mm * e->ring_radius_mm - c->su * c->su;
     if (c2 < 0) return false;
     double half = sqrt(c2), near_v = major - half, far_v = major + half;
-    bool inside = c->sv > near_v && c->sv < far_v && c->sw > e->from_mm && c->sw < e->to_mm;
+    double slack = BTG_INSIDE * e->ring_radius_mm; /* a point on the wall is met here, not once round */
+    bool inside = c->sv > near_v - slack && c->sv < far_v + slack &&
+                  c->sw > e->from_mm - slack && c->sw < e->to_mm + slack;
     bool found = false;
     double r2 = c->radius * c->radius;
     if (r2 >= e->from_mm * e->from_mm) {
         double tv = sqrt(r2 - e->from_mm * e->from_mm);
         if (tv >= near_v && tv <= far_v) {
-            *value = turn_value(c, tv, e->from_mm, inside);
+            *value = -entry(c, tv, e->from_mm, inside);
             found = true;
         }
     }
     if (r2 >= far_v * far_v) {
         double tw = sqrt(r2 - far_v * far_v);
         if (tw >= e->from_mm && tw <= e->to_mm) {
-            double side = turn_value(c, far_v, tw, inside);
+            double side = -entry(c, far_v, tw, inside);
             if (!found || side > *value) *value = side;
             found = true;
         }

@@ -66,6 +66,7 @@ struct fixture {
     btg_drop_query *drops;
     btg_tilt_query *tilts;
     want *wants;
+    size_t large; /* > 0: the batch check also runs the queries over and over, that many */
     btg_backend *reference; /* drops that TILT queries start from */
 };
 
