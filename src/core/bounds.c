@@ -120,6 +120,22 @@ static btg_vec3 nearest_on_figure(const btg_search *search, const btg_region *re
     return vec_mad(vec_mad(cell->centre, cell->a, s), cell->b, t);
 }
 
+/* The plane of the cell itself, with all of the element behind it. At a sharp rim the distance has
+ * no curvature to look ahead by, but the cell's plane leans against the rim. */
+static bool clear_by_own_plane(const btg_search *search, const btg_region *region,
+                               const btg_tool_element *e, const btg_ray_distance *d) {
+    btg_vec3 n = vec_cross(region->cell.a, region->cell.b), c = region->cell.centre;
+    double length = vec_norm(n);
+    if (!(length > 0)) return false;
+    n = vec_scale(n, (vec_dot(n, d->normal) < 0 ? -1 : 1) / length);
+    double along = vec_dot(n, search->at.axis), across2 = 1 - along * along;
+    if (search->at.swept && along > 0) return false; /* no end on that side */
+    double support = e->ring_radius_mm * (across2 > 0 ? sqrt(across2) : 0) + e->corner_radius_mm +
+                     (along > 0 && e->to_mm < INFINITY ? along * e->to_mm : along * e->from_mm);
+    double below = btg_region_reach(search, region, vec_scale(n, -1));
+    return vec_dot(n, vec_sub(c, search->at.centre)) - support - below >= -search->tolerance;
+}
+
 /* The region does not reach into the element as placed. */
 static bool clear_as_placed(const btg_search *search, const btg_region *region,
                             uint32_t element) {
@@ -135,6 +151,7 @@ static bool clear_as_placed(const btg_search *search, const btg_region *region,
     if (low >= -search->tolerance) return true;
     if (e->hollow && bound_by_extent(search, region, e) >= -search->tolerance) return true;
     if (region->node != BTG_REGION_CELL) return false;
+    if (e->corner_radius_mm == 0) return clear_by_own_plane(search, region, e, &d);
     btg_vec3 nearest = nearest_on_figure(search, region, &d);
     btg_ray_distance near = btg_ray_tool_distance(e, search->at, nearest);
     low = bound_by_plane(search, region, e, &near, nearest);
@@ -151,22 +168,9 @@ static bool clear_by_ball(const btg_search *search, const btg_region *region, ui
            value <= search->value;
 }
 
-/* TILT, the cutter. */
-static bool clear_of_cutter(const btg_search *search, const btg_region *region) {
-    const btg_ray_query *q = &search->query;
-    btg_vec3 c = region->cell.centre;
-    double height = vec_dot(vec_sub(c, search->at.centre), search->at.axis);
-    if (height + region->radius <= 0)
-        return clear_as_placed(search, region, 0);
-    /* Above the equator before and after: on the way from one to the other as well. */
-    if (height > region->radius && vec_dot(vec_sub(c, q->o), q->w) > region->radius) return true;
-    return clear_by_ball(search, region, 0);
-}
-
-/* TILT, shank and holder: behind a plane at both ends of the turn, with no turn back between. */
-static bool clear_of_cylinder(const btg_search *search, const btg_region *region,
-                              uint32_t element) {
-    if (clear_by_ball(search, region, element)) return true;
+/* TILT, convex elements: in front of a plane, with the element behind it, at both ends of the turn,
+ * and no turn back between. */
+static bool clear_by_turn(const btg_search *search, const btg_region *region, uint32_t element) {
     const btg_ray_query *q = &search->query;
     const btg_tool_element *e = &q->tool->element[element];
     btg_vec3 c = region->cell.centre;
@@ -186,6 +190,19 @@ static bool clear_of_cylinder(const btg_search *search, const btg_region *region
     btg_vec3 arm = vec_sub(c, q->o), g1 = vec_cross(n, q->u), g0 = vec_cross(n0, q->u);
     if (vec_dot(g1, arm) + btg_region_reach(search, region, g1) <= 0) return true;
     return vec_dot(g0, arm) - btg_region_reach(search, region, vec_scale(g0, -1)) >= 0;
+}
+
+/* TILT, the cutter. */
+static bool clear_of_cutter(const btg_search *search, const btg_region *region) {
+    const btg_ray_query *q = &search->query;
+    btg_vec3 c = region->cell.centre;
+    double height = vec_dot(vec_sub(c, search->at.centre), search->at.axis);
+    if (height + region->radius <= 0)
+        return clear_as_placed(search, region, 0);
+    /* Above the equator before and after: on the way from one to the other as well. */
+    if (height > region->radius && vec_dot(vec_sub(c, q->o), q->w) > region->radius) return true;
+    if (clear_by_ball(search, region, 0)) return true;
+    return !q->tool->element[0].hollow && clear_by_turn(search, region, 0);
 }
 
 /* DROP before anything was found: can any element's shadow reach the region? */
@@ -214,6 +231,6 @@ bool btg_search_clear(const btg_search *search, const btg_region *region) {
     if (from_p * from_p < q->p_clearance2) return true; /* the limits at P speak for it */
     if (!clear_of_cutter(search, region)) return false;
     for (uint32_t i = 1; i < q->tool->element_count; i++)
-        if (!clear_of_cylinder(search, region, i)) return false;
+        if (!clear_by_ball(search, region, i) && !clear_by_turn(search, region, i)) return false;
     return true;
 }

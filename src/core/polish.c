@@ -151,4 +151,6 @@ void btg_search_polish(btg_search *search, btg_place from) {
         if (!better) break;
     }
     btg_search_offer(search, hit.value, at, s.s, hit.element, false);
+    if (search->query.tool->element[hit.element].corner_radius_mm == 0)
+        btg_search_polish_rim(search, at, hit.element);
 }

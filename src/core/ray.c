@@ -19,6 +19,9 @@
 /* A point that deep inside the start pose (in radii) is a gouge, not the rounding of a contact. */
 #define BTG_INSIDE 1e-9
 
+/* A sharp rim is that wide (part of its radius), so that the point on it is met. */
+#define SHARP_RIM 1e-12
+
 btg_ray_query btg_ray_query_drop(const btg_tool *tool, const btg_drop_query *query) {
     btg_ray_query q = {.op = BTG_OP_DROP, .tool = tool, .w = query->axis, .o = query->origin};
     q.u = vec_perpendicular(query->axis);
@@ -46,8 +49,10 @@ btg_ray_query btg_ray_query_tilt(const btg_tool *tool, const btg_tilt_query *que
 static bool profile_depth(const btg_tool_element *e, double r, double *depth) {
     double x = r - e->ring_radius_mm;
     if (!e->hollow && x < 0) x = 0;
-    if (fabs(x) > e->corner_radius_mm) return false;
-    *depth = sqrt((e->corner_radius_mm - x) * (e->corner_radius_mm + x)) - e->from_mm;
+    double inner2 = (e->corner_radius_mm - x) * (e->corner_radius_mm + x);
+    if (e->corner_radius_mm == 0 && x <= SHARP_RIM * e->ring_radius_mm) inner2 = 0;
+    if (inner2 < 0) return false;
+    *depth = sqrt(inner2) - e->from_mm;
     return true;
 }
 
@@ -79,7 +84,7 @@ static double turn(const circle *c, double tv, double tw) {
 
 static bool cast_torus(const btg_tool_element *e, const circle *c, double *value) {
     double ro = e->ring_radius_mm, ri = e->corner_radius_mm;
-    if (ro <= 0) return false;
+    if (ro <= 0 || ri <= 0) return false; /* no tube: rounding alone would meet the ring */
     if (c->d <= 0) { /* in the insert's sphere: inside the torus at any tilt */
         *value = BTG_PI;
         return c->d < -BTG_INSIDE * ri * ri;
@@ -104,7 +109,7 @@ static bool cast_flat(const btg_tool_element *e, const circle *c, double *value)
     double ro = e->ring_radius_mm, ri = e->corner_radius_mm;
     if (c->radius < ri) return false;
     double tv = sqrt((c->radius - ri) * (c->radius + ri));
-    if (c->su * c->su + (tv - ro) * (tv - ro) > ro * ro) return false;
+    if (c->su * c->su + (tv - ro) * (tv - ro) > ro * ro * (1 + 2 * SHARP_RIM)) return false;
     double beta = turn(c, tv, -ri);
     if (c->sw > 0 && beta < 0) beta += 2 * BTG_PI;
     *value = -beta;

@@ -71,6 +71,9 @@ void btg_search_run(btg_search *search);
  * (polish.c) */
 void btg_search_polish(btg_search *search, btg_place from);
 
+/* From a place on a sharp rim of the tool to the contact on it. (rim.c) */
+void btg_search_polish_rim(btg_search *search, btg_place from, uint32_t element);
+
 /* Takes a value as the best when it beats it. */
 void btg_search_offer(btg_search *search, double value, btg_place place, btg_vec3 point,
                       uint32_t element, bool osculating);
