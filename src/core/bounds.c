@@ -120,20 +120,26 @@ static btg_vec3 nearest_on_figure(const btg_search *search, const btg_region *re
     return vec_mad(vec_mad(cell->centre, cell->a, s), cell->b, t);
 }
 
-/* The plane of the cell itself, with all of the element behind it. At a sharp rim the distance has
- * no curvature to look ahead by, but the cell's plane leans against the rim. */
-static bool clear_by_own_plane(const btg_search *search, const btg_region *region,
-                               const btg_tool_element *e, const btg_ray_distance *d) {
+/* The plane of the cell itself: its normal from the tool outward, and its distance from all of the
+ * element. At a sharp rim the distance has no curvature to look ahead by, but the cell's plane leans
+ * against the rim. False: no such plane. */
+static bool own_plane(const btg_search *search, const btg_region *region,
+                      const btg_tool_element *e, const btg_ray_distance *d, btg_vec3 *normal,
+                      double *distance) {
+    if (region->node != BTG_REGION_CELL) return false;
     btg_vec3 n = vec_cross(region->cell.a, region->cell.b), c = region->cell.centre;
     double length = vec_norm(n);
     if (!(length > 0)) return false;
-    n = vec_scale(n, (vec_dot(n, d->normal) < 0 ? -1 : 1) / length);
+    /* From outside a rim any side may be the right one: the one the tool is below. */
+    double side = vec_dot(n, search->at.axis);
+    if (side == 0) side = -vec_dot(n, d->normal);
+    n = vec_scale(n, (side > 0 ? -1 : 1) / length);
     double along = vec_dot(n, search->at.axis), across2 = 1 - along * along;
-    if (search->at.swept && along > 0) return false; /* no end on that side */
     double support = e->ring_radius_mm * (across2 > 0 ? sqrt(across2) : 0) + e->corner_radius_mm +
-                     (along > 0 && e->to_mm < INFINITY ? along * e->to_mm : along * e->from_mm);
-    double below = btg_region_reach(search, region, vec_scale(n, -1));
-    return vec_dot(n, vec_sub(c, search->at.centre)) - support - below >= -search->tolerance;
+                     along * e->from_mm;
+    *normal = n;
+    *distance = vec_dot(n, vec_sub(c, search->at.centre)) - support;
+    return true;
 }
 
 /* The region does not reach into the element as placed. */
@@ -151,7 +157,12 @@ static bool clear_as_placed(const btg_search *search, const btg_region *region,
     if (low >= -search->tolerance) return true;
     if (e->hollow && bound_by_extent(search, region, e) >= -search->tolerance) return true;
     if (region->node != BTG_REGION_CELL) return false;
-    if (e->corner_radius_mm == 0) return clear_by_own_plane(search, region, e, &d);
+    if (e->corner_radius_mm == 0) {
+        btg_vec3 n;
+        double plane;
+        return own_plane(search, region, e, &d, &n, &plane) &&
+               plane - btg_region_reach(search, region, vec_scale(n, -1)) >= -search->tolerance;
+    }
     btg_vec3 nearest = nearest_on_figure(search, region, &d);
     btg_ray_distance near = btg_ray_tool_distance(e, search->at, nearest);
     low = bound_by_plane(search, region, e, &near, nearest);
@@ -168,28 +179,37 @@ static bool clear_by_ball(const btg_search *search, const btg_region *region, ui
            value <= search->value;
 }
 
-/* TILT, convex elements: in front of a plane, with the element behind it, at both ends of the turn,
- * and no turn back between. */
-static bool clear_by_turn(const btg_search *search, const btg_region *region, uint32_t element) {
-    const btg_ray_query *q = &search->query;
-    const btg_tool_element *e = &q->tool->element[element];
-    btg_vec3 c = region->cell.centre;
-    btg_ray_distance d = btg_ray_tool_distance(e, search->at, c);
-    btg_vec3 n = d.normal;
-    if (d.distance - btg_region_reach(search, region, vec_scale(n, -1)) < -search->tolerance)
+/* TILT: in front of a plane, with a convex element behind it, at both ends of the turn, and no turn
+ * back between. The plane has the unit normal n, from the tool outward, and stands `distance` off
+ * the region's centre. */
+static bool clear_by_turning_plane(const btg_search *search, const btg_region *region, btg_vec3 n,
+                                   double distance) {
+    if (distance - btg_region_reach(search, region, vec_scale(n, -1)) < -search->tolerance)
         return false;
+    const btg_ray_query *q = &search->query;
     btg_placement start = btg_ray_place(q, 0);
+    btg_vec3 c = region->cell.centre;
     double s = sin(search->value), k = cos(search->value);
     double nv = vec_dot(n, vec_add(vec_scale(q->v, k), vec_scale(q->w, s)));
     double nw = vec_dot(n, search->at.axis);
     btg_vec3 n0 = vec_mad(vec_mad(vec_scale(q->v, nv), q->w, nw), q->u, vec_dot(n, q->u));
-    double offset = vec_dot(n, vec_sub(c, search->at.centre)) - d.distance;
+    double offset = vec_dot(n, vec_sub(c, search->at.centre)) - distance;
     double before = vec_dot(n0, vec_sub(c, start.centre)) - offset;
     if (before - btg_region_reach(search, region, vec_scale(n0, -1)) < -search->tolerance)
         return false;
     btg_vec3 arm = vec_sub(c, q->o), g1 = vec_cross(n, q->u), g0 = vec_cross(n0, q->u);
     if (vec_dot(g1, arm) + btg_region_reach(search, region, g1) <= 0) return true;
     return vec_dot(g0, arm) - btg_region_reach(search, region, vec_scale(g0, -1)) >= 0;
+}
+
+static bool clear_by_turn(const btg_search *search, const btg_region *region, uint32_t element) {
+    const btg_tool_element *e = &search->query.tool->element[element];
+    btg_ray_distance d = btg_ray_tool_distance(e, search->at, region->cell.centre);
+    if (clear_by_turning_plane(search, region, d.normal, d.distance)) return true;
+    btg_vec3 n;
+    double plane;
+    return own_plane(search, region, e, &d, &n, &plane) &&
+           clear_by_turning_plane(search, region, n, plane);
 }
 
 /* TILT, the cutter. */

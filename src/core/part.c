@@ -205,8 +205,8 @@ static void fill_info(btg_part *part, const btg_part_def *def) {
     info->memory_bytes += items * (sizeof *part->items + 2 * sizeof *part->nodes);
     info->box_max = vec(extent(part, vec(1, 0, 0)), extent(part, vec(0, 1, 0)),
                         extent(part, vec(0, 0, 1)));
-    info->box_min = vec(-extent(part, vec(-1, 0, 0)), -extent(part, vec(0, -1, 0)),
-                        -extent(part, vec(0, 0, -1)));
+    info->box_min = vec(0 - extent(part, vec(-1, 0, 0)), 0 - extent(part, vec(0, -1, 0)),
+                        0 - extent(part, vec(0, 0, -1))); /* no -0 */
 }
 
 /* ---- public ------------------------------------------------------------------------------- */

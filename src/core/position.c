@@ -83,7 +83,7 @@ static void set_nothing(btg_position *p) {
     p->status = BTG_NO_CONTACT;
     p->tip = p->axis = vec_nan();
     p->p = p->q = none;
-    p->drop_z_mm = p->tilt_rad = p->inclination_rad = NAN;
+    p->drop_z_mm = p->tilt_rad = p->spin_rad = p->inclination_rad = NAN;
 }
 
 static void set_pose(btg_position *p, const btg_tool *tool, btg_vec3 centre, btg_vec3 axis) {

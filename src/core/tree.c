@@ -8,8 +8,10 @@
 /* Stored tiles end where they are this flat (bend over size): there a made one costs no more to
  * test and a deeper tree only leaves the cache. */
 #define TILE_FLATNESS 0.008
-/* Levels stored at the most; a patch that is still bent after them is cut further on the way. */
-#define TILE_DEPTH_MAX 18
+/* Bounds for patches that are never flat, at a collapsed edge for one: levels stored at the most,
+ * and the smallest tile as a part of the patch. What is still bent is cut further on the way. */
+#define TILE_DEPTH_MAX 12
+#define TILE_SMALLEST  0.004
 #define ITEMS_A_LEAF   4
 
 /* ---- tiles -------------------------------------------------------------------------------- */
@@ -34,6 +36,7 @@ static double float_norm(const float a[3]) {
 typedef struct tile_build {
     const btg_allocator *allocator;
     double scale;
+    double smallest;  /* tile, mm */
     btg_tile_list *list;
     uint32_t depth;   /* reached */
     double *third;    /* of the patch (part.h) */
@@ -47,12 +50,17 @@ static void add_third(const btg_net *net, int in_u, int in_v, double third[4]) {
         third[k] = fmax(third[k], ldexp(local[k], (3 - k) * in_u + k * in_v));
 }
 
+static double tile_size(const btg_tile *t) {
+    double a = float_norm(t->a), b = float_norm(t->b);
+    return (a > b ? a : b) + t->bend_uu + t->bend_uv + t->bend_vv;
+}
+
 /* The side whose halving takes more off the bend; none when the tile is flat or small enough. */
-static bool want_split(const btg_tile *t, double scale, bool *along_u) {
+static bool want_split(const btg_tile *t, double smallest, bool *along_u) {
     double a = float_norm(t->a), b = float_norm(t->b), size = a > b ? a : b;
     double total = (double)t->bend_uu + t->bend_uv + t->bend_vv;
     *along_u = t->bend_uu > t->bend_vv || (t->bend_uu == t->bend_vv && a >= b);
-    return total > TILE_FLATNESS * size && size + total > 1e-5 * scale;
+    return total > TILE_FLATNESS * size && size + total > smallest;
 }
 
 static btg_status grow(tile_build *build, const btg_net *net, uint32_t at, int in_u, int in_v) {
@@ -60,7 +68,7 @@ static btg_status grow(tile_build *build, const btg_net *net, uint32_t at, int i
     uint32_t level = (uint32_t)(in_u + in_v);
     if (level > build->depth) build->depth = level;
     if (level >= TILE_DEPTH_MAX ||
-        !want_split(&build->list->tiles[at], build->scale, &along_u)) {
+        !want_split(&build->list->tiles[at], build->smallest, &along_u)) {
         add_third(net, in_u, in_v, build->third);
         return BTG_OK;
     }
@@ -86,7 +94,8 @@ btg_status btg_tree_add_patch(const btg_allocator *allocator, const btg_net *net
     if (status) return status;
     *root = list->count++;
     btg_net_tile(net, scale, &list->tiles[*root]);
-    tile_build build = {allocator, scale, list, *depth, third};
+    double smallest = TILE_SMALLEST * tile_size(&list->tiles[*root]);
+    tile_build build = {allocator, scale, smallest, list, *depth, third};
     status = grow(&build, net, *root, 0, 0);
     *depth = build.depth;
     return status;
