@@ -93,7 +93,8 @@ int btg_cell_split(const btg_part *part, const btg_cell *cell,
         return 4;
     }
     bool stored = cell->tile != BTG_CELL_MADE && part->tiles[cell->tile].child != 0;
-    bool along_u = vec_norm2(cell->a) >= vec_norm2(cell->b);
+    /* A side counts with its bend: at a collapsed edge one side is nothing but bend. */
+    bool along_u = vec_norm(cell->a) + cell->bend_uu >= vec_norm(cell->b) + cell->bend_vv;
     for (int side = 0; side < 2; side++) {
         if (stored)
             take_half(part, cell, side, &child[side]);
