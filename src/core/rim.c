@@ -95,19 +95,22 @@ static void offer_place(btg_search *search, btg_place at) {
         btg_search_offer(search, hit.value, at, s.s, hit.element, false);
 }
 
+/* From the place's neighbour on a side of the domain, along that side. */
+static void try_side(btg_search *search, double radius, btg_place start, double du, double dv) {
+    if (along_edge(search, radius, du, dv, &start)) offer_place(search, start);
+}
+
 void btg_search_polish_rim(btg_search *search, btg_place from, uint32_t element) {
-    const btg_tool_element *e = &search->query.tool->element[element];
+    double radius = search->query.tool->element[element].ring_radius_mm;
     if (search->query.op == BTG_OP_TILT && element > 0) return;
-    if (fabs(gap_at(search, e->ring_radius_mm, from).outside) > ON_RIM * e->ring_radius_mm) return;
+    if (fabs(gap_at(search, radius, from).outside) > ON_RIM * radius) return;
     btg_place at = from;
-    bool edge_u = from.u <= 0 || from.u >= 1, edge_v = from.v <= 0 || from.v >= 1;
-    if (inside_face(search, e->ring_radius_mm, &at)) offer_place(search, at);
-    at = from;
-    if (edge_u && along_edge(search, e->ring_radius_mm, 0, 1, &at)) offer_place(search, at);
-    at = from;
-    if (edge_v && along_edge(search, e->ring_radius_mm, 1, 0, &at)) offer_place(search, at);
-    at = from;
-    if (from.item >= search->part->patch_count && from.u + from.v >= 1 &&
-        along_edge(search, e->ring_radius_mm, 1, -1, &at))
-        offer_place(search, at);
+    if (inside_face(search, radius, &at)) offer_place(search, at);
+    bool triangle = from.item >= search->part->patch_count;
+    double side_u = !triangle && from.u > 0.5 ? 1 : 0, side_v = !triangle && from.v > 0.5 ? 1 : 0;
+    try_side(search, radius, (btg_place){from.item, side_u, from.v}, 0, 1);
+    try_side(search, radius, (btg_place){from.item, from.u, side_v}, 1, 0);
+    if (!triangle) return;
+    double over = 0.5 * (1 - from.u - from.v); /* the third side */
+    try_side(search, radius, (btg_place){from.item, from.u + over, from.v + over}, 1, -1);
 }
