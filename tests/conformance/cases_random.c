@@ -71,8 +71,10 @@ static void degrees(fixture *f, rng *r, int round) {
 
 static void uneven(double *knots, rng *r, int degree, int count) {
     double at = rng_range(r, -3, 3);
+    int run = degree; /* more would tear the surface */
     for (int i = degree; i <= count; i++) {
-        bool repeated = i > degree + 1 && i < count && degree > 1 && rng_pick(r, 4) == 0;
+        bool repeated = i > degree + 1 && i < count && run < degree && rng_pick(r, 4) == 0;
+        run = repeated ? run + 1 : 1;
         if (i > degree && !repeated) at += exp(rng_range(r, -2, 2));
         knots[i] = at;
     }

@@ -114,6 +114,13 @@ static double tangency_limit(const fixture *f, double clearance) {
     return sqrt(8 * clearance / fixture_size(f)) + 1e-6;
 }
 
+/* The least height of the triangle, mm: no point is farther from the edges. */
+static double needle_width(const btg_surface_point *s) {
+    double longest = fmax(vec_norm(s->su), vec_norm(s->sv));
+    longest = fmax(longest, vec_norm(vec_sub(s->su, s->sv)));
+    return longest > 0 ? vec_norm(vec_cross(s->su, s->sv)) / longest : 0;
+}
+
 static void check_normal(const check_context *c, size_t i, const answer *a, btg_placement at,
                          const btg_surface_point *s) {
     const btg_tool_def *tool = &c->f->tool.def;
@@ -134,6 +141,8 @@ static void check_normal(const check_context *c, size_t i, const answer *a, btg_
     if (fmin(fmin(k.place.u, k.place.v), side) < 1e-6) return;
     btg_vec3 n = vec_unit(vec_cross(s->su, s->sv));
     double skew = vec_norm(vec_cross(n, k.normal));
+    /* On a needle the way to the edge, where any normal may be, can be less than the clearance. */
+    if (!patch && skew * needle_width(s) < tolerance_clearance(c->test->tolerance, c->f)) return;
     if (!(skew < limit)) fail(c, i, "not tangent to the part", skew, 0, skew, limit);
 }
 
@@ -282,6 +291,7 @@ void check_moved(const check_context *c, const answer *answers, rng *r) {
     for (size_t i = 0; i < f->count; i++) {
         answer back = moved[i];
         if (f->op == BTG_OP_DROP) back.value /= t.scale;
+        if (answers[i].status == BTG_BUDGET) continue; /* safe, but with no value to compare */
         double lever = touches(answers[i].status) ? lever_of(f, i, &answers[i]) : 1;
         compare(c, i, "moved", &back, answers[i].status, answers[i].value, lever / 2);
     }
@@ -314,7 +324,8 @@ static void compare_bits(const check_context *c, const fixture *part_of, size_t 
 }
 
 static void reverse(fixture *f) {
-    for (size_t i = 0, j = f->count - 1; i < j; i++, j--) {
+    for (size_t i = 0, j = f->count; i + 1 < j; i++) {
+        j--;
         if (f->op == BTG_OP_DROP) {
             btg_drop_query q = f->drops[i];
             f->drops[i] = f->drops[j];
