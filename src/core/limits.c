@@ -58,20 +58,17 @@ static double best_on_ring(const btg_search *search, const btg_surface_point *p,
     return best;
 }
 
-/* Where the tilt is nearly osculating the value rises from P in a valley, by less than the
- * search's clearance shows: starts on rings about P, those above their neighbours, find its
- * tops. */
+/* Where the tilt is nearly osculating the value rises from P in valleys, by less than the search's
+ * clearance shows: starts on rings about P find their tops. */
 static void rings(btg_search *search) {
     btg_surface_point p;
     btg_part_point(search->part, search->p_place, &p);
-    double length = 2 * sqrt(search->query.p_clearance2), value[RINGS + 2];
-    btg_place start[RINGS + 1];
-    value[0] = value[RINGS + 1] = -INFINITY;
-    for (int i = 1; i <= RINGS; i++, length *= 3)
-        value[i] = best_on_ring(search, &p, length, &start[i]);
-    for (int i = 1; i <= RINGS; i++)
-        if (value[i] > -INFINITY && value[i] >= value[i - 1] && value[i] >= value[i + 1])
-            btg_search_polish(search, start[i]);
+    double length = 2 * sqrt(search->query.p_clearance2);
+    for (int i = 0; i < RINGS; i++, length *= 3) {
+        btg_place start;
+        if (best_on_ring(search, &p, length, &start) > -INFINITY)
+            btg_search_polish(search, start);
+    }
 }
 
 void btg_search_near_p(btg_search *search) {
