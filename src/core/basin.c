@@ -18,8 +18,9 @@
  *     D0 + x_n + x_m^2 / (2 (D0 + way)) + k t^2 / 2,       k <= (r - Ro) / (D r) within `way`,
  *
  * and k falls by no more than L a step in the meridian's plane; the product x_m t^2 that this makes
- * is paid for with a share, half, of the meridian's own curvature. So the tool adds no cubic term of its own:
- * what is left of that comes from the surface's third derivatives and from its bend sideways. */
+ * is paid for with a share, half, of the meridian's own curvature. So the tool adds no cubic term
+ * of its own: what is left of that comes from the surface's third derivatives and from its bend
+ * sideways. */
 #include "core/search.h"
 
 /* Parameters are measured by the speeds at the point of expansion. */
@@ -50,8 +51,8 @@ static void surface_bounds(const btg_part *part, uint32_t item, const btg_surfac
                            expansion *x) {
     double iu = 1 / x->speed_u, iv = 1 / x->speed_v;
     x->m1 = sqrt(1 + fabs(vec_dot(s->su, s->sv)) * iu * iv);
-    x->m2 = mix2(vec_norm(s->suu) * iu * iu, vec_norm(s->suv) * iu * iv,
-                 vec_norm(s->svv) * iv * iv);
+    x->m2 =
+        mix2(vec_norm(s->suu) * iu * iu, vec_norm(s->suv) * iu * iv, vec_norm(s->svv) * iv * iv);
     x->m3 = 0;
     if (item < part->patch_count) {
         const double *t = part->patches[item].third;
@@ -196,8 +197,7 @@ btg_basin btg_basin_make(const btg_search *search, btg_place place, uint32_t ele
     return basin;
 }
 
-bool btg_basin_covers(const btg_search *search, const btg_basin *basin,
-                      const btg_region *region) {
+bool btg_basin_covers(const btg_search *search, const btg_basin *basin, const btg_region *region) {
     const btg_cell *cell = &region->cell;
     if (region->node != BTG_REGION_CELL || cell->item != basin->place.item) return false;
     if (!(basin->reach > 0)) return false;
@@ -231,8 +231,8 @@ static double least_in_box(const expansion *x, const lower_bound *h, const frame
     bool inside = h->huu > 0 && det > 0;
     u[4] = inside ? (h->huv * x->gv - h->hvv * x->gu) / det : 0;
     v[4] = inside ? (h->huv * x->gu - h->huu * x->gv) / det : 0;
-    inside = inside && u[4] >= b->low_u && u[4] <= b->high_u && v[4] >= b->low_v &&
-             v[4] <= b->high_v;
+    inside =
+        inside && u[4] >= b->low_u && u[4] <= b->high_u && v[4] >= b->low_v && v[4] <= b->high_v;
     u[0] = b->low_u;
     u[1] = b->high_u;
     v[2] = b->low_v;
@@ -261,8 +261,7 @@ static bool clear_from(const btg_search *search, const expansion *x, const frame
     double u, v;
     if (bound_within(x, &p, &h)) {
         double error = h.cubic * p.reach * p.reach * p.reach;
-        if (x->distance + least_in_box(x, &h, b, &u, &v) - error >= -search->tolerance)
-            return true;
+        if (x->distance + least_in_box(x, &h, b, &u, &v) - error >= -search->tolerance) return true;
     }
     lower_bound taylor = {x->nuu, x->nuv, x->nvv, 0};
     if (x->curved) {

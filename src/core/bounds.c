@@ -24,8 +24,7 @@ double btg_region_reach(const btg_search *search, const btg_region *region, btg_
 /* How far the region reaches from a point along unit n. */
 static double reach_from(const btg_search *search, const btg_region *region, btg_vec3 point,
                          btg_vec3 n) {
-    return btg_region_reach(search, region, n) +
-           vec_dot(n, vec_sub(region->cell.centre, point));
+    return btg_region_reach(search, region, n) + vec_dot(n, vec_sub(region->cell.centre, point));
 }
 
 /* How much nearer than the tangent plane at a point says a hollow torus can be. Its inner side
@@ -55,8 +54,7 @@ static double hollow_bend(const btg_search *search, const btg_region *region,
 
 /* The bound by the plane that touches the distance at a point of the region's own plane figure. */
 static double bound_by_plane(const btg_search *search, const btg_region *region,
-                             const btg_tool_element *e, const btg_ray_distance *d,
-                             btg_vec3 point) {
+                             const btg_tool_element *e, const btg_ray_distance *d, btg_vec3 point) {
     double low = d->distance - reach_from(search, region, point, vec_scale(d->normal, -1));
     if (low < -search->tolerance || !e->hollow) return low;
     return low - hollow_bend(search, region, e, d, point);
@@ -121,11 +119,10 @@ static btg_vec3 nearest_on_figure(const btg_search *search, const btg_region *re
 }
 
 /* The plane of the cell itself: its normal from the tool outward, and its distance from all of the
- * element. At a sharp rim the distance has no curvature to look ahead by, but the cell's plane leans
- * against the rim. False: no such plane. */
-static bool own_plane(const btg_search *search, const btg_region *region,
-                      const btg_tool_element *e, const btg_ray_distance *d, btg_vec3 *normal,
-                      double *distance) {
+ * element. At a sharp rim the distance has no curvature to look ahead by, but the cell's plane
+ * leans against the rim. False: no such plane. */
+static bool own_plane(const btg_search *search, const btg_region *region, const btg_tool_element *e,
+                      const btg_ray_distance *d, btg_vec3 *normal, double *distance) {
     if (region->node != BTG_REGION_CELL) return false;
     btg_vec3 n = vec_cross(region->cell.a, region->cell.b), c = region->cell.centre;
     double length = vec_norm(n);
@@ -143,8 +140,7 @@ static bool own_plane(const btg_search *search, const btg_region *region,
 }
 
 /* The region does not reach into the element as placed. */
-static bool clear_as_placed(const btg_search *search, const btg_region *region,
-                            uint32_t element) {
+static bool clear_as_placed(const btg_search *search, const btg_region *region, uint32_t element) {
     const btg_tool_element *e = &search->query.tool->element[element];
     for (int i = 0; i < 2; i++)
         if (search->basin[i].element == element &&
@@ -217,8 +213,7 @@ static bool clear_of_cutter(const btg_search *search, const btg_region *region) 
     const btg_ray_query *q = &search->query;
     btg_vec3 c = region->cell.centre;
     double height = vec_dot(vec_sub(c, search->at.centre), search->at.axis);
-    if (height + region->radius <= 0)
-        return clear_as_placed(search, region, 0);
+    if (height + region->radius <= 0) return clear_as_placed(search, region, 0);
     /* Above the equator before and after: on the way from one to the other as well. */
     if (height > region->radius && vec_dot(vec_sub(c, q->o), q->w) > region->radius) return true;
     if (clear_by_ball(search, region, 0)) return true;

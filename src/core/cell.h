@@ -16,7 +16,7 @@ typedef struct btg_cell {
     uint32_t tile; /* stored tile this is; BTG_CELL_MADE when made on the way */
 } btg_cell;
 
-#define BTG_CELL_MADE UINT32_MAX
+#define BTG_CELL_MADE         UINT32_MAX
 #define BTG_CELL_CHILDREN_MAX 4
 
 void btg_cell_root(const btg_part *part, uint32_t item, btg_cell *cell);

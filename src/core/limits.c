@@ -4,10 +4,12 @@
 
 /* A sheet passes through P when it comes this close, in clearances. */
 #define SHEET_GAP 0.1
+/* P is on an edge that comes this close, in clearances: it then lies all inside the clearance. */
+#define ON_EDGE 0.01
 /* Cells this small, in clearances, are near enough to P to find their sheet's nearest point. */
 #define SHEET_REACH 30.0
 /* Rings about P to start from: 2, 6, 18 ... 486 clearances. */
-#define RINGS 6
+#define RINGS           6
 #define RING_DIRECTIONS 16
 
 static void offer_limit(btg_search *search, double value) {
@@ -16,19 +18,16 @@ static void offer_limit(btg_search *search, double value) {
 
 /* The limit of an item at its own place nearest to P. */
 static void offer_sheet(btg_search *search, btg_place place) {
-    const double edge = 1e-9;
     btg_surface_point s;
     btg_part_point(search->part, place, &s);
-    bool edge_u = place.u < edge || place.u > 1 - edge;
-    bool edge_v = place.v < edge || place.v > 1 - edge;
+    double near = ON_EDGE * sqrt(search->query.p_clearance2);
+    double tu = near / (vec_norm(s.su) + near), tv = near / (vec_norm(s.sv) + near);
     bool triangle = place.item >= search->part->patch_count;
-    if (triangle) {
-        edge_u = place.u < edge;
-        edge_v = place.v < edge;
-    }
+    bool edge_u = place.u < tu || (!triangle && place.u > 1 - tu);
+    bool edge_v = place.v < tv || (!triangle && place.v > 1 - tv);
     double value;
     if (btg_ray_osculating(&search->query, &s, edge_u, edge_v, &value)) offer_limit(search, value);
-    if (triangle && place.u + place.v > 1 - edge) {
+    if (triangle && place.u + place.v > 1 - fmin(tu, tv)) {
         btg_surface_point side = {.s = s.s, .su = vec_sub(s.su, s.sv)};
         if (btg_ray_osculating(&search->query, &side, false, true, &value))
             offer_limit(search, value);
@@ -66,8 +65,7 @@ static void rings(btg_search *search) {
     double length = 2 * sqrt(search->query.p_clearance2);
     for (int i = 0; i < RINGS; i++, length *= 3) {
         btg_place start;
-        if (best_on_ring(search, &p, length, &start) > -INFINITY)
-            btg_search_polish(search, start);
+        if (best_on_ring(search, &p, length, &start) > -INFINITY) btg_search_polish(search, start);
     }
 }
 

@@ -10,7 +10,6 @@
 btg_status btg_mesh_check(const btg_mesh_def *def, size_t index, btg_message *message);
 
 /* Copies a checked mesh to the part's arrays, from these places on. */
-void btg_mesh_append(btg_part *part, const btg_mesh_def *def, size_t vertex_at,
-                     size_t triangle_at);
+void btg_mesh_append(btg_part *part, const btg_mesh_def *def, size_t vertex_at, size_t triangle_at);
 
 #endif

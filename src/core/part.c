@@ -40,8 +40,8 @@ static btg_status check_surfaces(const btg_part_def *def, part_size *size, btg_m
             return btg_fail(message, BTG_ERROR_ARGUMENT,
                             "surface %zu: more than %u Bezier patches in one part; split the part",
                             i, PATCHES_MAX);
-        size->scale = largest(s->control_points, 3 * (size_t)s->count_u * (size_t)s->count_v,
-                              size->scale);
+        size->scale =
+            largest(s->control_points, 3 * (size_t)s->count_u * (size_t)s->count_v, size->scale);
     }
     return BTG_OK;
 }
@@ -65,7 +65,8 @@ static btg_status check_meshes(const btg_part_def *def, part_size *size, btg_mes
 static btg_status check_part(const btg_part_def *def, part_size *size, btg_message *message) {
     if (def->version != 1)
         return btg_fail(message, BTG_ERROR_ARGUMENT,
-                        "part: version %u is unknown; start from btg_part_def_default", def->version);
+                        "part: version %u is unknown; start from btg_part_def_default",
+                        def->version);
     if (!def->allocator.allocate != !def->allocator.release)
         return btg_fail(message, BTG_ERROR_ARGUMENT,
                         "part: allocator has one hook of two; give both or none");
@@ -203,8 +204,8 @@ static void fill_info(btg_part *part, const btg_part_def *def) {
     info->triangle_count = part->triangle_count;
     size_t items = (size_t)part->patch_count + part->triangle_count;
     info->memory_bytes += items * (sizeof *part->items + 2 * sizeof *part->nodes);
-    info->box_max = vec(extent(part, vec(1, 0, 0)), extent(part, vec(0, 1, 0)),
-                        extent(part, vec(0, 0, 1)));
+    info->box_max =
+        vec(extent(part, vec(1, 0, 0)), extent(part, vec(0, 1, 0)), extent(part, vec(0, 0, 1)));
     info->box_min = vec(0 - extent(part, vec(-1, 0, 0)), 0 - extent(part, vec(0, -1, 0)),
                         0 - extent(part, vec(0, 0, -1))); /* no -0 */
 }
@@ -242,9 +243,10 @@ btg_status btg_part_create(const btg_part_def *def, btg_part **out, btg_message 
 void btg_part_destroy(btg_part *part) {
     if (!part) return;
     btg_allocator a = part->allocator;
-    void *memory[] = {part->patches,   part->patch_root, part->coefficients, part->tiles,
-                      part->vertices,  part->triangles,  part->nodes,        part->items};
-    for (size_t i = 0; i < sizeof memory / sizeof *memory; i++) btg_release(&a, memory[i]);
+    void *memory[] = {part->patches,  part->patch_root, part->coefficients, part->tiles,
+                      part->vertices, part->triangles,  part->nodes,        part->items};
+    for (size_t i = 0; i < sizeof memory / sizeof *memory; i++)
+        btg_release(&a, memory[i]);
     btg_release(&a, part);
 }
 

@@ -10,9 +10,9 @@ typedef struct btg_patch {
     const double *coefficients;
     uint8_t degree_u, degree_v;
     bool rational;
-    uint32_t surface; /* index of the surface it was cut from */
+    uint32_t surface;                /* index of the surface it was cut from */
     double domain_u[2], domain_v[2]; /* its piece of that surface's domain */
-    double third[4]; /* bounds of |Suuu|, |Suuv|, |Suvv|, |Svvv| over the patch */
+    double third[4];                 /* bounds of |Suuu|, |Suuv|, |Suvv|, |Svvv| over the patch */
 } btg_patch;
 
 /* A node of a patch's own binary tree: the sub-patch is centre + a s + b t, |s|, |t| <= 1, up to
@@ -78,7 +78,8 @@ btg_vec3 btg_patch_point(const btg_patch *patch, double u, double v);
 
 static inline void btg_triangle_corners(const btg_part *part, uint32_t triangle,
                                         btg_vec3 corner[3]) {
-    for (int i = 0; i < 3; i++) corner[i] = part->vertices[part->triangles[triangle][i]];
+    for (int i = 0; i < 3; i++)
+        corner[i] = part->vertices[part->triangles[triangle][i]];
 }
 
 /* Point and derivatives at any item; u, v are not checked. */

@@ -19,9 +19,12 @@ typedef struct model {
 
 static model distance_model(const btg_search *search, const btg_surface_point *s,
                             const btg_ray_distance *d) {
-    model m = {vec_dot(d->normal, s->su),  vec_dot(d->normal, s->sv),
-               vec_dot(d->normal, s->suu), vec_dot(d->normal, s->suv),
-               vec_dot(d->normal, s->svv), vec_norm2(s->su),
+    model m = {vec_dot(d->normal, s->su),
+               vec_dot(d->normal, s->sv),
+               vec_dot(d->normal, s->suu),
+               vec_dot(d->normal, s->suv),
+               vec_dot(d->normal, s->svv),
+               vec_norm2(s->su),
                vec_norm2(s->sv)};
     double ru = vec_dot(d->ring_tangent, s->su), rv = vec_dot(d->ring_tangent, s->sv);
     double mu = vec_dot(d->meridian_tangent, s->su), mv = vec_dot(d->meridian_tangent, s->sv);
@@ -138,8 +141,8 @@ void btg_search_polish(btg_search *search, btg_place from) {
             if (!look(search, next, &t, &other)) continue;
             /* The value is flat on top: its last digits say nothing when a step still halves the
              * distance to the contact. */
-            bool closing = newton && half == 0 && length < 0.5 * last &&
-                           other.value > hit.value - rounding;
+            bool closing =
+                newton && half == 0 && length < 0.5 * last && other.value > hit.value - rounding;
             if (!closing && fabs(other.value - hit.value) <= rounding) break;
             if (!closing && other.value < hit.value) continue;
             last = length;

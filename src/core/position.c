@@ -72,8 +72,7 @@ btg_status btg_position_tilt_query(const btg_tool *tool, const btg_solver_def *s
     if (!tool || !solver || !query || !drop || !tilt) return BTG_ERROR_ARGUMENT;
     btg_tilt_query frame = {.max_tilt_rad = solver->max_tilt_rad};
     if (!insert_frame(tool, query, drop, &frame)) return BTG_SINGLE_CONTACT;
-    if (solver->spin == BTG_SPIN_FIXED)
-        spin_frame(solver->spin_rad, &frame);
+    if (solver->spin == BTG_SPIN_FIXED) spin_frame(solver->spin_rad, &frame);
     *tilt = frame;
     return BTG_OK;
 }
@@ -162,8 +161,7 @@ btg_status btg_position_solve(const btg_part *part, const btg_tool *tool,
     if (!position) return BTG_ERROR_ARGUMENT;
     btg_drop_query query = btg_position_drop_query(foot_x_mm, foot_y_mm);
     btg_drop_result drop;
-    btg_status status =
-        btg_drop(part, tool, solver, &query, workspace, workspace_size, &drop);
+    btg_status status = btg_drop(part, tool, solver, &query, workspace, workspace_size, &drop);
     if (status < 0) return status;
     btg_tilt_query frame;
     btg_tilt_result tilt;

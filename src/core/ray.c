@@ -31,8 +31,7 @@ btg_ray_query btg_ray_query_drop(const btg_tool *tool, const btg_drop_query *que
 
 btg_ray_query btg_ray_query_tilt(const btg_tool *tool, const btg_tilt_query *query) {
     const btg_tool_element *cutter = &tool->element[0];
-    double scale =
-        cutter->corner_radius_mm > 0 ? cutter->corner_radius_mm : cutter->ring_radius_mm;
+    double scale = cutter->corner_radius_mm > 0 ? cutter->corner_radius_mm : cutter->ring_radius_mm;
     double clearance = BTG_P_CLEARANCE * scale;
     btg_ray_query q = {.op = BTG_OP_TILT, .tool = tool, .o = query->o1};
     q.u = query->u;
@@ -85,7 +84,7 @@ static double turn(const circle *c, double tv, double tw) {
 static bool cast_torus(const btg_tool_element *e, const circle *c, double *value) {
     double ro = e->ring_radius_mm, ri = e->corner_radius_mm;
     if (ro <= 0 || ri <= 0) return false; /* no tube: rounding alone would meet the ring */
-    if (c->d <= 0) { /* in the insert's sphere: inside the torus at any tilt */
+    if (c->d <= 0) {                      /* in the insert's sphere: inside the torus at any tilt */
         *value = BTG_PI;
         return c->d < -BTG_INSIDE * ri * ri;
     }
@@ -124,14 +123,14 @@ static double entry(const circle *c, double tv, double tw, bool inside) {
 
 /* A cylinder of shank or holder: in the circle's plane the rectangle |v - major| <= c,
  * from <= w <= to, entered from below or through the far side. */
-static bool cast_cylinder(const btg_tool_element *e, double major, const circle *c,
-                          double *value) {
+static bool cast_cylinder(const btg_tool_element *e, double major, const circle *c, double *value) {
     double c2 = e->ring_radius_mm * e->ring_radius_mm - c->su * c->su;
     if (c2 < 0) return false;
     double half = sqrt(c2), near_v = major - half, far_v = major + half;
-    double slack = BTG_INSIDE * e->ring_radius_mm; /* a point on the wall is met here, not once round */
-    bool inside = c->sv > near_v - slack && c->sv < far_v + slack &&
-                  c->sw > e->from_mm - slack && c->sw < e->to_mm + slack;
+    double slack =
+        BTG_INSIDE * e->ring_radius_mm; /* a point on the wall is met here, not once round */
+    bool inside = c->sv > near_v - slack && c->sv < far_v + slack && c->sw > e->from_mm - slack &&
+                  c->sw < e->to_mm + slack;
     bool found = false;
     double r2 = c->radius * c->radius;
     if (r2 >= e->from_mm * e->from_mm) {
@@ -253,8 +252,7 @@ static bool osculating_edge(const btg_ray_query *query, btg_vec3 t, btg_vec3 tt,
 
 /* A sheet tangent to the tool at P: 1/2 (a x^2 + 2 b x y + c y^2) away from the tool, x along u,
  * y along the insert. */
-static bool osculating_face(const btg_ray_query *query, const btg_surface_point *f,
-                            double *value) {
+static bool osculating_face(const btg_ray_query *query, const btg_surface_point *f, double *value) {
     double ro = query->tool->element[0].ring_radius_mm;
     double ri = query->tool->element[0].corner_radius_mm;
     btg_vec3 away = vec_scale(query->n, -1), y = vec_cross(query->u, away);

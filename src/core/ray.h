@@ -15,11 +15,11 @@ typedef struct btg_ray_query {
     btg_op op;
     const btg_tool *tool;
     btg_vec3 u, v, w, o;
- /* TILT alone: */
-    btg_vec3 p, n;        /* first contact and its normal, part to tool */
-    double inclination;   /* lambda of the start pose: angle from n to w */
-    double p_clearance2;  /* TILT: squared radius about p where rays are ill-posed and the
-                             osculating limit answers instead, mm^2 */
+    /* TILT alone: */
+    btg_vec3 p, n;       /* first contact and its normal, part to tool */
+    double inclination;  /* lambda of the start pose: angle from n to w */
+    double p_clearance2; /* TILT: squared radius about p where rays are ill-posed and the
+                            osculating limit answers instead, mm^2 */
 } btg_ray_query;
 
 btg_ray_query btg_ray_query_drop(const btg_tool *tool, const btg_drop_query *query);

@@ -51,9 +51,8 @@ static void push_node(btg_search *search, uint32_t node, size_t *top) {
     const btg_box_node *n = &search->part->nodes[node];
     region->node = node;
     region->cell.centre = vec(n->centre[0], n->centre[1], n->centre[2]);
-    region->radius =
-        sqrt((double)n->half[0] * n->half[0] + (double)n->half[1] * n->half[1] +
-             (double)n->half[2] * n->half[2]);
+    region->radius = sqrt((double)n->half[0] * n->half[0] + (double)n->half[1] * n->half[1] +
+                          (double)n->half[2] * n->half[2]);
     rank(search, region);
     (*top)++;
 }

@@ -14,10 +14,10 @@
 #define BTG_SHEETS_MAX 32
 
 typedef struct btg_region {
-    btg_cell cell;  /* a cell, or, when node is not BTG_REGION_CELL, the box */
-    uint32_t node;  /* box node */
+    btg_cell cell; /* a cell, or, when node is not BTG_REGION_CELL, the box */
+    uint32_t node; /* box node */
     double radius;
-    double key;     /* the smaller, the sooner it is looked at */
+    double key; /* the smaller, the sooner it is looked at */
 } btg_region;
 
 #define BTG_REGION_CELL UINT32_MAX
@@ -42,7 +42,7 @@ typedef struct btg_search {
     /* The best so far; `found` false: value is what an answer must beat. */
     bool found, osculating;
     double value;
-    bool spent;    /* the budget ran out: nothing of the part has a value above `bound` */
+    bool spent; /* the budget ran out: nothing of the part has a value above `bound` */
     double bound;
     btg_placement at; /* the tool placed there */
     btg_place place;

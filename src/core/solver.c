@@ -42,8 +42,7 @@ static btg_status check_drop(const btg_drop_query *q) {
     return within_reach(q->origin) && is_unit(q->axis) ? BTG_OK : BTG_ERROR_ARGUMENT;
 }
 
-static btg_status check_tilt(const btg_part *part, const btg_tool *tool,
-                                const btg_tilt_query *q) {
+static btg_status check_tilt(const btg_part *part, const btg_tool *tool, const btg_tilt_query *q) {
     const btg_tool_element *e = &tool->element[0];
     bool frame = is_unit(q->u) && is_unit(q->v) && is_unit(q->w) && is_right(q->u, q->v) &&
                  is_right(q->v, q->w) && is_right(q->w, q->u);

@@ -55,10 +55,10 @@ btg_status btg_surface_check(const btg_surface_def *def, size_t index, btg_messa
     if (def->degree_u < 1 || def->degree_u > BTG_DEGREE_MAX || def->degree_v < 1 ||
         def->degree_v > BTG_DEGREE_MAX)
         return btg_fail(message, BTG_ERROR_ARGUMENT,
-                        "surface %zu: degrees %d x %d are not within 1 .. %d", index,
-                        def->degree_u, def->degree_v, BTG_DEGREE_MAX);
-    if (def->count_u <= def->degree_u || def->count_v <= def->degree_v ||
-        def->count_u > 1000000 || def->count_v > 1000000)
+                        "surface %zu: degrees %d x %d are not within 1 .. %d", index, def->degree_u,
+                        def->degree_v, BTG_DEGREE_MAX);
+    if (def->count_u <= def->degree_u || def->count_v <= def->degree_v || def->count_u > 1000000 ||
+        def->count_v > 1000000)
         return btg_fail(message, BTG_ERROR_ARGUMENT,
                         "surface %zu: %d x %d control points do not fit degrees %d x %d; at least "
                         "degree + 1 and at most 1000000 a side",
@@ -93,7 +93,8 @@ static const double *knots_or_bezier(const double *knots, int degree) {
 
 /* Next span from knot index i on: returns k with knots[k] < knots[k + 1], or count. */
 static int next_span(const double *knots, int count, int i) {
-    while (i < count && !(knots[i] < knots[i + 1])) i++;
+    while (i < count && !(knots[i] < knots[i + 1]))
+        i++;
     return i;
 }
 
@@ -122,7 +123,8 @@ static void blossom(const double *knots, int k, int degree, int j, const double 
         for (int i = degree; i >= r; i--) {
             double lo = knots[k - degree + i], hi = knots[k + 1 + i - r];
             double f = (t - lo) / (hi - lo);
-            for (int c = 0; c < 4; c++) d[i][c] = (1 - f) * d[i - 1][c] + f * d[i][c];
+            for (int c = 0; c < 4; c++)
+                d[i][c] = (1 - f) * d[i - 1][c] + f * d[i][c];
         }
     }
     memcpy(out, d[degree], sizeof d[degree]);
@@ -138,10 +140,12 @@ static void span_net(const btg_surface_def *def, const double *ku, const double 
         for (int j = 0; j <= m; j++) {
             size_t index = (size_t)(k - n + i) * (size_t)def->count_v + (size_t)(l - m + j);
             double w = def->weights ? def->weights[index] : 1;
-            for (int c = 0; c < 3; c++) line[j][c] = def->control_points[3 * index + (size_t)c] * w;
+            for (int c = 0; c < 3; c++)
+                line[j][c] = def->control_points[3 * index + (size_t)c] * w;
             line[j][3] = w;
         }
-        for (int j = 0; j <= m; j++) blossom(kv, l, m, j, line[0], rows[j][i]);
+        for (int j = 0; j <= m; j++)
+            blossom(kv, l, m, j, line[0], rows[j][i]);
     }
     net->degree_u = n;
     net->degree_v = m;

@@ -14,7 +14,8 @@
 static inline void raise_degree(double b[BTG_ORDER_MAX], int k, double t) {
     double s = 1 - t;
     b[k] = t * b[k - 1];
-    for (int i = k - 1; i > 0; i--) b[i] = s * b[i] + t * b[i - 1];
+    for (int i = k - 1; i > 0; i--)
+        b[i] = s * b[i] + t * b[i - 1];
     b[0] *= s;
 }
 
@@ -23,7 +24,8 @@ static inline void raise_degree(double b[BTG_ORDER_MAX], int k, double t) {
 static inline void bernstein(int n, double t, double b[3][BTG_ORDER_MAX]) {
     double *q = b[0];
     q[0] = 1;
-    for (int k = 1; k <= n - 2; k++) raise_degree(q, k, t);
+    for (int k = 1; k <= n - 2; k++)
+        raise_degree(q, k, t);
     double f = (double)n * (n - 1);
     for (int i = 0; i <= n; i++) {
         double low = i <= n - 2 ? q[i] : 0, mid = i >= 1 && i <= n - 1 ? q[i - 1] : 0;
@@ -47,16 +49,25 @@ static inline void evaluate(const double *restrict net, int n, int m, double u, 
         double r0[4] = {0}, r1[4] = {0}, r2[4] = {0};
         for (int j = 0; j <= m; j++) {
             const double *p = net + 4 * (i * (m + 1) + j);
-            for (int c = 0; c < 4; c++) r0[c] += bv[0][j] * p[c];
-            for (int c = 0; c < 4; c++) r1[c] += bv[1][j] * p[c];
-            for (int c = 0; c < 4; c++) r2[c] += bv[2][j] * p[c];
+            for (int c = 0; c < 4; c++)
+                r0[c] += bv[0][j] * p[c];
+            for (int c = 0; c < 4; c++)
+                r1[c] += bv[1][j] * p[c];
+            for (int c = 0; c < 4; c++)
+                r2[c] += bv[2][j] * p[c];
         }
-        for (int c = 0; c < 4; c++) out[0][c] += bu[0][i] * r0[c];
-        for (int c = 0; c < 4; c++) out[1][c] += bu[1][i] * r0[c];
-        for (int c = 0; c < 4; c++) out[2][c] += bu[0][i] * r1[c];
-        for (int c = 0; c < 4; c++) out[3][c] += bu[2][i] * r0[c];
-        for (int c = 0; c < 4; c++) out[4][c] += bu[1][i] * r1[c];
-        for (int c = 0; c < 4; c++) out[5][c] += bu[0][i] * r2[c];
+        for (int c = 0; c < 4; c++)
+            out[0][c] += bu[0][i] * r0[c];
+        for (int c = 0; c < 4; c++)
+            out[1][c] += bu[1][i] * r0[c];
+        for (int c = 0; c < 4; c++)
+            out[2][c] += bu[0][i] * r1[c];
+        for (int c = 0; c < 4; c++)
+            out[3][c] += bu[2][i] * r0[c];
+        for (int c = 0; c < 4; c++)
+            out[4][c] += bu[1][i] * r1[c];
+        for (int c = 0; c < 4; c++)
+            out[5][c] += bu[0][i] * r2[c];
     }
 }
 
@@ -94,13 +105,16 @@ void btg_patch_evaluate(const btg_patch *patch, double u, double v, btg_surface_
 btg_vec3 btg_patch_point(const btg_patch *patch, double u, double v) {
     int n = patch->degree_u, m = patch->degree_v;
     double bu[BTG_ORDER_MAX] = {1}, bv[BTG_ORDER_MAX] = {1}, sum[4] = {0};
-    for (int k = 1; k <= n; k++) raise_degree(bu, k, u);
-    for (int k = 1; k <= m; k++) raise_degree(bv, k, v);
+    for (int k = 1; k <= n; k++)
+        raise_degree(bu, k, u);
+    for (int k = 1; k <= m; k++)
+        raise_degree(bv, k, v);
     for (int i = 0; i <= n; i++)
         for (int j = 0; j <= m; j++) {
             const double *p = patch->coefficients + 4 * (i * (m + 1) + j);
             double b = bu[i] * bv[j];
-            for (int c = 0; c < 4; c++) sum[c] += b * p[c];
+            for (int c = 0; c < 4; c++)
+                sum[c] += b * p[c];
         }
     return patch->rational ? vec_scale(head(sum), 1 / sum[3]) : head(sum);
 }
@@ -176,8 +190,10 @@ static void derivative_bound(const btg_net *net, btg_vec3 c, int du, int dv, dou
                              double *weight_max) {
     int n = net->degree_u, m = net->degree_v;
     double factor = 1;
-    for (int k = 0; k < du; k++) factor *= n - k;
-    for (int l = 0; l < dv; l++) factor *= m - l;
+    for (int k = 0; k < du; k++)
+        factor *= n - k;
+    for (int l = 0; l < dv; l++)
+        factor *= m - l;
     *point_max = *weight_max = 0;
     for (int i = 0; i <= n - du; i++)
         for (int j = 0; j <= m - dv; j++) {
@@ -207,8 +223,7 @@ static void measure(const btg_net *net, btg_vec3 c, int order, net_bounds *b) {
 /* Bounds of the derivatives of S = N / W + c from those of N and W, by Leibniz' rule:
  * W S(i,j) = N(i,j) - sum over (k,l) < (i,j) of binomials times W(i-k,j-l) S(k,l). */
 static void quotient_bounds(const net_bounds *b, int order, double s[4][4]) {
-    static const double binomial[4][4] = {
-        {1, 0, 0, 0}, {1, 1, 0, 0}, {1, 2, 1, 0}, {1, 3, 3, 1}};
+    static const double binomial[4][4] = {{1, 0, 0, 0}, {1, 1, 0, 0}, {1, 2, 1, 0}, {1, 3, 3, 1}};
     const double over = 1 + 1e-12; /* rounding of the sums */
     s[0][0] = b->reach;
     for (int sum = 1; sum <= order; sum++)
@@ -262,5 +277,6 @@ void btg_net_third(const btg_net *net, double third[4]) {
     double s[4][4];
     measure(net, vec(p[0] / p[3], p[1] / p[3], p[2] / p[3]), 3, &bounds);
     quotient_bounds(&bounds, 3, s);
-    for (int k = 0; k < 4; k++) third[k] = fmax(third[k], s[3 - k][k]);
+    for (int k = 0; k < 4; k++)
+        third[k] = fmax(third[k], s[3 - k][k]);
 }

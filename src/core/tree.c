@@ -36,10 +36,10 @@ static double float_norm(const float a[3]) {
 typedef struct tile_build {
     const btg_allocator *allocator;
     double scale;
-    double smallest;  /* tile, mm */
+    double smallest; /* tile, mm */
     btg_tile_list *list;
-    uint32_t depth;   /* reached */
-    double *third;    /* of the patch (part.h) */
+    uint32_t depth; /* reached */
+    double *third;  /* of the patch (part.h) */
 } tile_build;
 
 /* A leaf's third derivatives, in the patch's parameters: halved `in_u` and `in_v` times. */
@@ -245,7 +245,8 @@ static void build_node(box_build *build, uint32_t at, uint32_t first, uint32_t c
     }
     uint32_t half = count / 2;
     select_smallest(s, count, half);
-    for (uint32_t i = 0; i < count; i++) part->items[first + i] = s[i].item;
+    for (uint32_t i = 0; i < count; i++)
+        part->items[first + i] = s[i].item;
     uint32_t child = part->node_count;
     part->node_count += 2;
     node->first = child;
@@ -261,7 +262,8 @@ btg_status btg_tree_build_boxes(btg_part *part) {
     sort_item *scratch = btg_allocate(&part->allocator, count, sizeof *scratch);
     btg_status status = part->items && part->nodes && scratch ? BTG_OK : BTG_ERROR_MEMORY;
     if (!status) {
-        for (uint32_t i = 0; i < count; i++) part->items[i] = i;
+        for (uint32_t i = 0; i < count; i++)
+            part->items[i] = i;
         box_build build = {part, scratch};
         part->node_count = 1;
         build_node(&build, 0, 0, count, 0);

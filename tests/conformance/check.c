@@ -114,11 +114,13 @@ static double tangency_limit(const fixture *f, double clearance) {
     return sqrt(8 * clearance / fixture_size(f)) + 1e-6;
 }
 
-/* The least height of the triangle, mm: no point is farther from the edges. */
-static double needle_width(const btg_surface_point *s) {
-    double longest = fmax(vec_norm(s->su), vec_norm(s->sv));
-    longest = fmax(longest, vec_norm(vec_sub(s->su, s->sv)));
-    return longest > 0 ? vec_norm(vec_cross(s->su, s->sv)) / longest : 0;
+/* From the contact to the border of its patch or triangle, by its tangent plane. */
+static double border_distance(const btg_part *part, btg_place at, const btg_surface_point *s) {
+    double area = vec_norm(vec_cross(s->su, s->sv));
+    double wu = area / vec_norm(s->sv), wv = area / vec_norm(s->su);
+    double least = fmin(at.u * wu, at.v * wv);
+    if (at.item < part->patch_count) return fmin(least, fmin((1 - at.u) * wu, (1 - at.v) * wv));
+    return fmin(least, (1 - at.u - at.v) * area / vec_norm(vec_sub(s->sv, s->su)));
 }
 
 static void check_normal(const check_context *c, size_t i, const answer *a, btg_placement at,
@@ -136,13 +138,11 @@ static void check_normal(const check_context *c, size_t i, const answer *a, btg_
     if (tool->profile == BTG_PROFILE_BULLNOSE && across < 0) across = 0;
     double off = hypot(across, z) / tool->minor_radius_mm;
     if (!(off < limit)) fail(c, i, "normal misses the major circle", off, 0, off, limit);
-    bool patch = k.place.item < c->f->part->patch_count;
-    double side = patch ? fmin(1 - k.place.u, 1 - k.place.v) : 1 - k.place.u - k.place.v;
-    if (fmin(fmin(k.place.u, k.place.v), side) < 1e-6) return;
     btg_vec3 n = vec_unit(vec_cross(s->su, s->sv));
     double skew = vec_norm(vec_cross(n, k.normal));
-    /* On a needle the way to the edge, where any normal may be, can be less than the clearance. */
-    if (!patch && skew * needle_width(s) < tolerance_clearance(c->test->tolerance, c->f)) return;
+    /* On an edge any normal may be; and where going there gains less than the clearance. */
+    double gain = skew * border_distance(c->f->part, k.place, s);
+    if (gain < tolerance_clearance(c->test->tolerance, c->f)) return;
     if (!(skew < limit)) fail(c, i, "not tangent to the part", skew, 0, skew, limit);
 }
 
@@ -227,6 +227,10 @@ void check_answers(const check_context *c, const answer *answers) {
         check_answer(c, i, &answers[i]);
         if (c->tally->failed == before || before >= PRINTED_MAX) continue;
         print_answer("answer", &answers[i]);
+        if (c->f->op == BTG_OP_TILT) {
+            btg_vec3 pq = vec_sub(answers[i].contact.point, c->f->tilts[i].p.point);
+            printf("      Q is %g mm from P\n", vec_norm(pq));
+        }
         if (c->reference) print_answer("reference", &c->reference[i]);
     }
 }

@@ -36,6 +36,9 @@
 #define RIM_MARGIN 1e-4
 #define RIM_INSIDE 1e-13
 
+/* P is on an edge that comes that close, in clearances. */
+#define ON_EDGE 0.01
+
 typedef enum side { FACE, EDGE_A, EDGE_B, EDGE_C, EDGE_D } side;
 
 /* A face by two parameters 0..1, or an edge by the first of them. */
@@ -548,8 +551,9 @@ static void limit_at(search *s, btg_place at, int corner) {
     double value;
     btg_surface_point f;
     btg_part_point(part, at, &f);
-    double tu = s->same_point / (vec_norm(f.su) + s->same_point);
-    double tv = s->same_point / (vec_norm(f.sv) + s->same_point);
+    /* an edge this near to P lies all inside the clearance, where only limits speak */
+    double near = ON_EDGE * sqrt(s->query.p_clearance2);
+    double tu = near / (vec_norm(f.su) + near), tv = near / (vec_norm(f.sv) + near);
     if (at.item < part->patch_count) {
         edge_u = at.u < tu || at.u > 1 - tu;
         edge_v = at.v < tv || at.v > 1 - tv;
