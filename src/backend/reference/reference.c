@@ -570,6 +570,13 @@ static void limit_at(search *s, btg_place at, int corner) {
         set_found(s, value);
 }
 
+/* All limits of one sheet at a place. */
+static void limits_at(search *s, btg_place at) {
+    bool patch = at.item < s->data->part->patch_count;
+    for (int corner = 0; corner < (patch ? 1 : 3); corner++)
+        limit_at(s, at, corner);
+}
+
 /* A cell that contains P: sections for the point next to P, then that sheet's limit. */
 static void visit_p(search *s, const chart *c, box x, const cell *around) {
     if (c->side != FACE) return;
@@ -581,10 +588,7 @@ static void visit_p(search *s, const chart *c, box x, const cell *around) {
     zoom(&near, c, x);
     s->points = near.points;
     if (!near.best_chart) return;
-    btg_place at = place_at(s->data->part, c, near.best_a, near.best_b);
-    bool patch = c->item < s->data->part->patch_count;
-    for (int corner = 0; corner < (patch ? 1 : 3); corner++)
-        limit_at(s, at, corner);
+    limits_at(s, place_at(s->data->part, c, near.best_a, near.best_b));
 }
 
 /* ---- the back end ------------------------------------------------------------------------- */
@@ -634,6 +638,7 @@ static btg_status tilt(const btg_backend_setup *setup, const void *data,
     double limit;
     search_init(&s, data, btg_ray_query_tilt(&setup->tool, query), -query->max_tilt_rad);
     if (btg_ray_tool_limit(&s.query, &limit) && limit > s.found) set_found(&s, limit);
+    limits_at(&s, query->p.place);
     for_each_cell(&s, visit_p);
     *result = (btg_tilt_result){BTG_SINGLE_CONTACT, query->max_tilt_rad, query->p, 0, 0};
     if (s.found > -query->max_tilt_rad) {
