@@ -5,6 +5,9 @@
  * points; each leaves at most three regions on the stack. */
 #define MADE_DEPTH 64
 
+/* Polishes of the winner at the most. */
+#define FINISHES 4
+
 size_t btg_search_stack_size(const btg_part *part) {
     return 8 + (size_t)part->node_depth + part->tile_depth + 3 * MADE_DEPTH + 4;
 }
@@ -149,5 +152,11 @@ void btg_search_run(btg_search *search) {
         /* A cell that small holds nothing its centre does not. */
         if (region.radius <= 0.25 * search->tolerance || top + 8 > search->stack_size) continue;
         open_cell(search, &region, &top);
+    }
+    /* The best may have come from a polish that ran out of steps in a flat valley. */
+    for (int i = 0; i < FINISHES && search->found && !search->osculating; i++) {
+        double before = search->value;
+        btg_search_polish(search, search->place);
+        if (search->value == before) break;
     }
 }
