@@ -1,7 +1,7 @@
 /* The front: checks once, dispatches to a table, composes positions from its two answers. */
 #define _GNU_SOURCE
 #include "backend/internal.h"
-#include "backend/check.h"
+#include "core/check.h"
 #include "core/part.h"
 
 #include <string.h>
@@ -194,7 +194,8 @@ btg_status btg_backend_tilt(btg_backend *backend, const btg_tilt_query *queries,
     if (count == 0) return BTG_OK;
     if (!backend || !queries || !results) return refuse(0, bad);
     for (size_t i = 0; i < count; i++) {
-        if (!btg_check_tilt(&queries[i], &backend->info)) return refuse(i, bad);
+        if (!btg_check_tilt(&queries[i], &backend->setup.tool, &backend->info))
+            return refuse(i, bad);
     }
     return backend->table->tilt(backend->state, queries, count, results);
 }

@@ -1,4 +1,5 @@
 /* Drop, spin and tilt, and whole positions. */
+#include "core/check.h"
 #include "core/search.h"
 
 /* The search's clearance is this part of the tolerance asked: what it leaves unexplored then
@@ -6,8 +7,6 @@
 #define SEARCH_SHARE 1e-4
 /* Clearances below this part of the part's size are rounding. */
 #define CLEARANCE_MIN 1e-13
-/* How far a direction may be from unit length, or a frame from right angles. */
-#define UNIT_ERROR 1e-9
 
 btg_solver_def btg_solver_def_default(void) {
     return (btg_solver_def){.version = 1,
@@ -15,45 +14,6 @@ btg_solver_def btg_solver_def_default(void) {
                             .max_tilt_rad = BTG_PI / 4,
                             .spin = BTG_SPIN_NONE,
                             .node_budget = 1000000};
-}
-
-/* ---- checks ------------------------------------------------------------------------------- */
-
-static bool is_unit(btg_vec3 a) {
-    return fabs(vec_norm2(a) - 1) <= 2 * UNIT_ERROR;
-}
-
-static bool is_right(btg_vec3 a, btg_vec3 b) {
-    return fabs(vec_dot(a, b)) <= UNIT_ERROR;
-}
-
-static bool within_reach(btg_vec3 a) {
-    double most = 10 * BTG_LENGTH_MAX;
-    return fabs(a.x) <= most && fabs(a.y) <= most && fabs(a.z) <= most;
-}
-
-static bool solver_ok(const btg_solver_def *s) {
-    return s && s->version == 1 && s->tolerance_mm >= 1e-9 && s->tolerance_mm <= 1 &&
-           s->max_tilt_rad >= 0 && s->max_tilt_rad <= BTG_PI / 2 && s->node_budget >= 1 &&
-           (s->spin == BTG_SPIN_NONE || (s->spin == BTG_SPIN_FIXED && fabs(s->spin_rad) <= 1e6));
-}
-
-static btg_status check_drop(const btg_drop_query *q) {
-    return within_reach(q->origin) && is_unit(q->axis) ? BTG_OK : BTG_ERROR_ARGUMENT;
-}
-
-static btg_status check_tilt(const btg_part *part, const btg_tool *tool, const btg_tilt_query *q) {
-    const btg_tool_element *e = &tool->element[0];
-    bool frame = is_unit(q->u) && is_unit(q->v) && is_unit(q->w) && is_right(q->u, q->v) &&
-                 is_right(q->v, q->w) && is_right(q->w, q->u);
-    if (!frame || !within_reach(q->o1) || !within_reach(q->p.point) || !is_unit(q->p.normal) ||
-        fabs(vec_dot(q->p.normal, q->u)) > 1e-6)
-        return BTG_ERROR_ARGUMENT;
-    btg_vec3 off = vec_sub(vec_mad(q->o1, q->p.normal, -e->corner_radius_mm), q->p.point);
-    if (vec_norm(off) > 1e-6 * (1 + e->corner_radius_mm)) return BTG_ERROR_ARGUMENT;
-    if (!(q->max_tilt_rad >= 0 && q->max_tilt_rad <= BTG_PI)) return BTG_ERROR_ARGUMENT;
-    btg_surface_point s;
-    return btg_part_evaluate(part, q->p.place, &s);
 }
 
 /* ---- workspace ---------------------------------------------------------------------------- */
@@ -107,8 +67,9 @@ static btg_contact contact_of(const btg_search *search) {
 btg_status btg_drop(const btg_part *part, const btg_tool *tool, const btg_solver_def *solver,
                     const btg_drop_query *query, void *workspace, size_t workspace_size,
                     btg_drop_result *result) {
-    if (!part || !tool || !query || !workspace || !result || !solver_ok(solver) ||
-        workspace_size < btg_workspace_size(part) || check_drop(query))
+    if (!part || !tool || !query || !workspace || !result || !solver ||
+        btg_check_solver(solver, NULL) || workspace_size < btg_workspace_size(part) ||
+        !btg_check_drop(query))
         return BTG_ERROR_ARGUMENT;
     btg_search *search = open_search(part, solver, workspace);
     search->query = btg_ray_query_drop(tool, query);
@@ -140,8 +101,9 @@ static bool start_gouges(const btg_search *search, double tolerance) {
 btg_status btg_tilt(const btg_part *part, const btg_tool *tool, const btg_solver_def *solver,
                     const btg_tilt_query *query, void *workspace, size_t workspace_size,
                     btg_tilt_result *result) {
-    if (!part || !tool || !query || !workspace || !result || !solver_ok(solver) ||
-        workspace_size < btg_workspace_size(part) || check_tilt(part, tool, query))
+    if (!part || !tool || !query || !workspace || !result || !solver ||
+        btg_check_solver(solver, NULL) || workspace_size < btg_workspace_size(part) ||
+        !btg_check_tilt(query, tool, &part->info))
         return BTG_ERROR_ARGUMENT;
     btg_search *search = open_search(part, solver, workspace);
     search->query = btg_ray_query_tilt(tool, query);

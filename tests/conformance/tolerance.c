@@ -16,7 +16,7 @@
 #define TILT_FLOOR (1e-4 * BTG_PI / 180)
 /* Below this lever (part of the cutter's size) both contacts count as one. */
 #define LEVER_MIN            0.02
-#define LEVER_MIN_OSCULATING 0.001
+#define LEVER_MIN_OSCULATING 0.0002
 
 static double exact(const fixture *f) {
     (void)f;
@@ -50,7 +50,7 @@ static const struct {
     [TOLERANCE_RASTER] = {"RASTER", "F32 + pixel / 4",
                           "a fine pixel at the insert's side is a quarter of its width off",
                           raster},
-    [TOLERANCE_OSCULATING] = {"OSCULATING", "F64; lever down to 1e-3 of the cutter",
+    [TOLERANCE_OSCULATING] = {"OSCULATING", "F64; lever down to 2e-4 of the cutter",
                               "near P an angle hardly moves the contact: small clearances are "
                               "large angles",
                               f64},

@@ -1,4 +1,4 @@
-#include "backend/check.h"
+#include "core/check.h"
 #include "core/part.h"
 
 /* How far from unit or from a right angle a direction may be: a thousand times the rounding of
@@ -7,6 +7,9 @@
 
 /* A pose may stand off the part by the tool's own size and more. */
 #define REACH 10
+
+/* P may be off the insert by that, for rounding at large offsets; and its normal off the plane. */
+#define ON_INSERT_MM 1e-6
 
 #define TOLERANCE_MIN_MM 1e-9
 #define TOLERANCE_MAX_MM 1.0
@@ -63,7 +66,15 @@ static bool on_part(btg_place p, const btg_part_info *info) {
     return p.item - info->patch_count < info->triangle_count && p.u + p.v <= 1 + UNIT_TOLERANCE;
 }
 
-bool btg_check_tilt(const btg_tilt_query *query, const btg_part_info *info) {
+/* The point that the insert, and the normal at it, say is P. */
+static bool on_insert(const btg_tilt_query *q, const btg_tool *tool) {
+    double minor = tool->element[0].corner_radius_mm;
+    btg_vec3 off = vec_sub(vec_mad(q->o1, q->p.normal, -minor), q->p.point);
+    return vec_norm(off) <= ON_INSERT_MM * (1 + minor) &&
+           fabs(vec_dot(q->p.normal, q->u)) <= ON_INSERT_MM;
+}
+
+bool btg_check_tilt(const btg_tilt_query *query, const btg_tool *tool, const btg_part_info *info) {
     if (!unit(query->u) || !unit(query->v) || !unit(query->w) || !unit(query->p.normal)) {
         return false;
     }
@@ -71,7 +82,7 @@ bool btg_check_tilt(const btg_tilt_query *query, const btg_part_info *info) {
     if (!(vec_norm(skew) <= 4 * UNIT_TOLERANCE)) return false;
     if (!place(query->o1) || !place(query->p.point)) return false;
     if (!(query->max_tilt_rad >= 0 && query->max_tilt_rad <= BTG_PI)) return false;
-    return on_part(query->p.place, info);
+    return on_insert(query, tool) && on_part(query->p.place, info);
 }
 
 bool btg_check_foot(double x_mm, double y_mm) {
