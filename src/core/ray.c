@@ -91,11 +91,11 @@ static bool cast_torus(const btg_tool_element *e, const circle *c, double *value
     double tv = ro + c->d / (4 * ro) - ro * c->su * c->su / c->d;
     if (!(tv <= c->radius)) return false;
     if (tv < -c->radius) tv = -c->radius;
-    double beta = turn(c, tv, -sqrt((c->radius - tv) * (c->radius + tv)));
+    double tw = sqrt((c->radius - tv) * (c->radius + tv)), beta = turn(c, tv, -tw);
     /* From below the equator the entry is less than half a turn away, ahead or, inside, behind.
      * From above it is behind when inside, and else once round. */
     if (c->sw > 0) {
-        bool inside = c->sv > tv + BTG_INSIDE * c->radius;
+        bool inside = turn(c, tv, tw) > BTG_INSIDE; /* the way out is still ahead */
         if (inside && beta > 0) beta -= 2 * BTG_PI;
         if (!inside && beta < 0) beta += 2 * BTG_PI;
     }
