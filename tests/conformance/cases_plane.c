@@ -156,7 +156,7 @@ static void groove_middle(fixture *f, rng *r, int round) {
 }
 
 #define CHECKS (CHECK_VALUE | CHECK_CLEAR | CHECK_TOUCH | CHECK_TIGHT)
-#define ROUNDS (2 * SHAPE_TOOLS)
+#define ROUNDS SHAPE_TOOLS
 
 static const test_case cases[] = {
     {"plane-level-drop", BTG_OP_DROP, TOLERANCE_F64, CHECKS, ROUNDS, "every point is a contact",

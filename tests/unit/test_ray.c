@@ -157,12 +157,18 @@ static btg_vec3 sheet_point(const btg_surface_point *f, btg_vec3 p, double a, do
 
 static btg_vec3 tangent(rng *r, const btg_ray_query *q) {
     btg_vec3 y = vec_cross(q->u, q->n);
-    return vec_add(vec_scale(q->u, rng_range(r, -1, 1)), vec_scale(y, rng_range(r, -1, 1)));
+    double a = rng_range(r, -1, 1), b = rng_range(r, -1, 1); /* in this order everywhere */
+    return vec_add(vec_scale(q->u, a), vec_scale(y, b));
 }
 
 static btg_vec3 bend(rng *r, const btg_ray_query *q) {
-    return vec_mad(vec_scale(tangent(r, q), 0.1), q->n, rng_range(r, -0.1, 0.12));
+    btg_vec3 along = vec_scale(tangent(r, q), 0.1);
+    return vec_mad(along, q->n, rng_range(r, -0.1, 0.12));
 }
+
+/* 2e-3 mm from P, mm: a fifth of what a plane is. Nearer to no contact at all the value bends too
+ * much to be carried on to P from there. */
+#define CLEAR_OF_SPHERE 7e-8
 
 /* The value at small distances, carried on to distance 0. */
 static double near_value(btg_ray_query q, const btg_surface_point *f, double a, double b) {
@@ -192,7 +198,7 @@ static void check_osculating_face(rng *r) {
         /* outside the insert's sphere only: else P is no contact */
         btg_vec3 s = sheet_point(&f, q.p, 2e-3 * cos(phi), 2e-3 * sin(phi));
         btg_vec3 away = vec_sub(s, q.o);
-        if (vec_norm(away) < tool.def.minor_radius_mm + 1e-8) return;
+        if (vec_norm(away) < tool.def.minor_radius_mm + CLEAR_OF_SPHERE) return;
         best = fmax(best, near_value(q, &f, cos(phi), sin(phi)));
     }
     bool found = btg_ray_osculating(&q, &f, false, false, &value);
@@ -200,6 +206,8 @@ static void check_osculating_face(rng *r) {
         CHECK(!(best > -1.5));
         return;
     }
+    /* the limit is an arc sine: at its end a direction off by 4e-4 shows as its square root */
+    if (fabs(sin(value + q.inclination)) > 0.98) return;
     if (best > -1.5 || value > -1.5) CHECK_NEAR(value, best, 2e-4);
 }
 
@@ -211,7 +219,7 @@ static void check_osculating_edge(rng *r) {
     f.sv = vec_add(f.sv, tangent(r, &q));
     if (vec_norm(f.su) < 0.3) return;
     btg_vec3 s = sheet_point(&f, q.p, 2e-3, 0);
-    if (vec_norm(vec_sub(s, q.o)) < tool.def.minor_radius_mm + 1e-8) return;
+    if (vec_norm(vec_sub(s, q.o)) < tool.def.minor_radius_mm + CLEAR_OF_SPHERE) return;
     double best = fmax(near_value(q, &f, 1, 0), near_value(q, &f, -1, 0)), value;
     bool found = btg_ray_osculating(&q, &f, false, true, &value);
     if (!found)
@@ -243,7 +251,10 @@ static void check_distance(rng *r, int kind) {
         double high = btg_ray_tool_distance(e, at, vec_mad(s, along[i], h)).distance;
         double low = btg_ray_tool_distance(e, at, vec_mad(s, along[i], -h)).distance;
         CHECK_NEAR((high - low) / (2 * h), slope[i], 1e-5);
-        CHECK_NEAR((high - 2 * got.distance + low) / (h * h), bending[i], 1e-4);
+        /* the difference leaves h^2 / 12 of the fourth derivative, 3 k^3 for a circle, and rounding
+         */
+        double limit = 1e-7 + h * h * pow(fabs(bending[i]), 3);
+        CHECK_NEAR((high - 2 * got.distance + low) / (h * h), bending[i], fmax(limit, 1e-5));
     }
 }
 
