@@ -143,11 +143,8 @@ static void report(runner *run, const test_case *t, totals *sum) {
     for (size_t b = 0; b < run->backends; b++) {
         const btg_backend_info *info = &run->info[b];
         if (run->o->backend && strcmp(run->o->backend, info->name) != 0) continue;
-        if (!run->ran[b]) {
+        if (!run->ran[b]) { /* not ready, or the reference, which is not held to itself */
             sum->skipped++;
-            printf("skip  %-10s %s: %s\n", info->name, t->name,
-                   info->state == BTG_BACKEND_READY ? "not held to itself"
-                                                    : btg_backend_state_name(info->state));
             continue;
         }
         const tally *n = &run->tally[b];
@@ -180,6 +177,9 @@ static int test(const options *o) {
     for (size_t b = 0; b < run.backends; b++)
         btg_backend_get_info(b, &run.info[b]);
     printf("seed %llu\n", (unsigned long long)o->seed);
+    for (size_t b = 0; b < run.backends; b++)
+        if (run.info[b].state != BTG_BACKEND_READY)
+            printf("skip  %s: %s\n", run.info[b].name, btg_backend_state_name(run.info[b].state));
     for (size_t i = 0; i < sizeof lists / sizeof *lists; i++)
         for (size_t k = 0; k < lists[i]->count; k++)
             if (wanted(o, &lists[i]->cases[k])) run_case(&run, &lists[i]->cases[k], &sum);
