@@ -12,7 +12,7 @@
 #define ON_RIM 1e-9
 
 btg_drop_query btg_position_drop_query(double foot_x_mm, double foot_y_mm) {
-    return (btg_drop_query){vec(foot_x_mm, foot_y_mm, 0), vec(0, 0, 1)};
+    return (btg_drop_query){.origin = vec(foot_x_mm, foot_y_mm, 0), .axis = vec(0, 0, 1)};
 }
 
 static btg_vec3 drop_centre(const btg_drop_query *query, const btg_drop_result *drop) {
@@ -82,7 +82,7 @@ static void set_nothing(btg_position *p) {
     p->status = BTG_NO_CONTACT;
     p->tip = p->axis = vec_nan();
     p->p = p->q = none;
-    p->drop_z_mm = p->tilt_rad = p->spin_rad = p->inclination_rad = NAN;
+    p->drop_z_mm = p->tilt_rad = p->spin_rad = p->inclination_rad = p->bound_mm = NAN;
 }
 
 static void set_pose(btg_position *p, const btg_tool *tool, btg_vec3 centre, btg_vec3 axis) {
@@ -99,6 +99,7 @@ static void set_dropped(btg_position *p, const btg_tool *tool, const btg_drop_qu
     p->p = drop->contact;
     p->q = (btg_contact){.point = vec_nan(), .normal = vec_nan()};
     p->drop_z_mm = centre.z;
+    p->bound_mm = drop->bound_mm;
     p->tilt_rad = 0;
     if (drop->status == BTG_BUDGET) { /* somewhere above the part */
         p->p = p->q;
@@ -148,6 +149,7 @@ btg_status btg_position_assemble(const btg_tool *tool, const btg_solver_def *sol
         set_tilted(&p, tool, frame, beta > 0 ? beta : 0, dropped);
         p.spin_rad = spun ? solver->spin_rad : 0;
         p.status = tilt->status;
+        p.bound_mm = tilt->bound_mm;
         if (!spun) p.tilt_rad = beta;
         if (tilt->status == BTG_OK || tilt->status == BTG_OSCULATING) p.q = tilt->contact;
     }
@@ -155,11 +157,27 @@ btg_status btg_position_assemble(const btg_tool *tool, const btg_solver_def *sol
     return p.status;
 }
 
+/* A neighbour's contact as the place to start from. */
+static int start_at(const btg_contact *contact, btg_place *start) {
+    if (!vec_finite(contact->point)) return 0;
+    *start = contact->place;
+    return 1;
+}
+
 btg_status btg_position_solve(const btg_part *part, const btg_tool *tool,
                               const btg_solver_def *solver, double foot_x_mm, double foot_y_mm,
                               void *workspace, size_t workspace_size, btg_position *position) {
+    return btg_position_follow(part, tool, solver, foot_x_mm, foot_y_mm, NULL, workspace,
+                               workspace_size, position);
+}
+
+btg_status btg_position_follow(const btg_part *part, const btg_tool *tool,
+                               const btg_solver_def *solver, double foot_x_mm, double foot_y_mm,
+                               const btg_position *neighbour, void *workspace,
+                               size_t workspace_size, btg_position *position) {
     if (!position) return BTG_ERROR_ARGUMENT;
     btg_drop_query query = btg_position_drop_query(foot_x_mm, foot_y_mm);
+    if (neighbour) query.has_start = start_at(&neighbour->p, &query.start);
     btg_drop_result drop;
     btg_status status = btg_drop(part, tool, solver, &query, workspace, workspace_size, &drop);
     if (status < 0) return status;
@@ -167,6 +185,7 @@ btg_status btg_position_solve(const btg_part *part, const btg_tool *tool,
     btg_tilt_result tilt;
     bool tilts = btg_position_tilt_query(tool, solver, &query, &drop, &frame) == BTG_OK;
     if (tilts) {
+        if (neighbour) frame.has_start = start_at(&neighbour->q, &frame.start);
         status = btg_tilt(part, tool, solver, &frame, workspace, workspace_size, &tilt);
         if (status < 0 && status != BTG_ERROR_GOUGE) return status;
         if (status == BTG_ERROR_GOUGE) tilts = false;

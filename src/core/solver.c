@@ -76,6 +76,7 @@ btg_status btg_drop(const btg_part *part, const btg_tool *tool, const btg_solver
     search->value = -INFINITY;
     btg_search_run(search);
     btg_drop_result r = {.status = BTG_NO_CONTACT, .nodes = search->nodes};
+    r.bound_mm = search->tolerance;
     if (search->spent) {
         r.status = search->bound > -INFINITY ? BTG_BUDGET : BTG_NO_CONTACT;
         r.height_mm = search->bound;
@@ -113,6 +114,7 @@ btg_status btg_tilt(const btg_part *part, const btg_tool *tool, const btg_solver
     if (start_gouges(search, solver->tolerance_mm)) return BTG_ERROR_GOUGE;
     btg_tilt_result r = {.status = BTG_SINGLE_CONTACT, .nodes = search->nodes};
     r.tilt_rad = query->max_tilt_rad;
+    r.bound_mm = search->tolerance;
     if (search->spent) {
         r.status = BTG_BUDGET;
         r.tilt_rad = search->bound < 0 ? -search->bound : 0;

@@ -180,10 +180,10 @@ static void test_bad_drops(const btg_part *part) {
     btg_backend *backend = make(part, NULL, 2);
     btg_drop_query q[9];
     btg_drop_result r[9];
-    const btg_drop_query bad[] = {{{NAN, 0, 0}, {0, 0, 1}},
-                                  {{0, 0, 1e30}, {0, 0, 1}},
-                                  {{0, 0, 0}, {0, 0, 1.001}},
-                                  {{0, 0, 0}, {0, NAN, 1}}};
+    const btg_drop_query bad[] = {{.origin = {NAN, 0, 0}, .axis = {0, 0, 1}},
+                                  {.origin = {0, 0, 1e30}, .axis = {0, 0, 1}},
+                                  {.origin = {0, 0, 0}, .axis = {0, 0, 1.001}},
+                                  {.origin = {0, 0, 0}, .axis = {0, NAN, 1}}};
     for (int k = 0; k < 4; k++) {
         size_t index = 77;
         for (int i = 0; i < 9; i++)

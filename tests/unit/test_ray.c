@@ -62,8 +62,9 @@ static btg_vec3 random_unit(rng *r) {
 
 static void check_vertical(rng *r, int kind) {
     btg_tool tool = make_tool(kind);
-    btg_drop_query query = {vec(rng_range(r, -9, 9), rng_range(r, -9, 9), rng_range(r, -9, 9)),
-                            random_unit(r)};
+    btg_drop_query query = {.origin =
+                                vec(rng_range(r, -9, 9), rng_range(r, -9, 9), rng_range(r, -9, 9)),
+                            .axis = random_unit(r)};
     btg_ray_query q = btg_ray_query_drop(&tool, &query);
     btg_vec3 side = vec_perpendicular(query.axis);
     btg_vec3 s = vec_mad(query.origin, side, rng_range(r, -30, 30));

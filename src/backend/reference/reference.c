@@ -623,9 +623,9 @@ static btg_status drop(const btg_backend_setup *setup, const void *data,
     (void)workspace, (void)workspace_size;
     search s;
     search_init(&s, data, btg_ray_query_drop(&setup->tool, query), -INFINITY);
-    *result = (btg_drop_result){.status = BTG_NO_CONTACT};
+    *result = (btg_drop_result){.status = BTG_NO_CONTACT, .bound_mm = NAN};
     if (solve(&s))
-        *result = (btg_drop_result){BTG_OK, s.best.value, contact(&s), s.best.element, 0};
+        *result = (btg_drop_result){BTG_OK, s.best.value, contact(&s), NAN, s.best.element, 0};
     result->nodes = s.points;
     return result->status;
 }
@@ -640,7 +640,7 @@ static btg_status tilt(const btg_backend_setup *setup, const void *data,
     if (btg_ray_tool_limit(&s.query, &limit) && limit > s.found) set_found(&s, limit);
     limits_at(&s, query->p.place);
     for_each_cell(&s, visit_p);
-    *result = (btg_tilt_result){BTG_SINGLE_CONTACT, query->max_tilt_rad, query->p, 0, 0};
+    *result = (btg_tilt_result){BTG_SINGLE_CONTACT, query->max_tilt_rad, query->p, NAN, 0, 0};
     if (s.found > -query->max_tilt_rad) {
         result->status = BTG_OSCULATING;
         result->tilt_rad = fmax(0, -s.found);
@@ -648,7 +648,8 @@ static btg_status tilt(const btg_backend_setup *setup, const void *data,
     bool met = solve(&s);
     if (gouges(&s, setup->solver.tolerance_mm)) return BTG_ERROR_GOUGE;
     if (met)
-        *result = (btg_tilt_result){BTG_OK, fmax(0, -s.best.value), contact(&s), s.best.element, 0};
+        *result =
+            (btg_tilt_result){BTG_OK, fmax(0, -s.best.value), contact(&s), NAN, s.best.element, 0};
     result->nodes = s.points;
     return result->status;
 }

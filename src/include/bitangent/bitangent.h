@@ -225,12 +225,16 @@ typedef struct btg_contact {
 typedef struct btg_drop_query {
     btg_vec3 origin;
     btg_vec3 axis;
+    int has_start; /* 1: the search starts at `start`, a place near the answer: quicker, and the */
+    btg_place start; /* same answer to the tolerance whatever place is given */
 } btg_drop_query;
 
 typedef struct btg_drop_result {
     btg_status status;   /* BTG_OK, BTG_NO_CONTACT or BTG_BUDGET */
     double height_mm;    /* torus centre = origin + height * axis */
     btg_contact contact; /* P; all zero where the status is not BTG_OK */
+    double bound_mm;     /* proven: the tool, so placed, is nowhere deeper in the part; at most the
+                            tolerance. NaN where the back end proves nothing */
     uint32_t element;    /* element of the tool that touches */
     uint32_t nodes;      /* work done: tree nodes visited or surface points evaluated */
 } btg_drop_result;
@@ -245,12 +249,15 @@ typedef struct btg_tilt_query {
     btg_vec3 o1;
     btg_contact p;
     double max_tilt_rad;
+    int has_start; /* as for DROP: a place near Q */
+    btg_place start;
 } btg_tilt_query;
 
 typedef struct btg_tilt_result {
     btg_status status;   /* BTG_OK, BTG_OSCULATING, BTG_SINGLE_CONTACT or BTG_BUDGET */
     double tilt_rad;     /* max_tilt when single-contact */
     btg_contact contact; /* Q; P again when osculating; all zero otherwise */
+    double bound_mm;     /* as for DROP */
     uint32_t element;
     uint32_t nodes;
 } btg_tilt_result;
@@ -287,6 +294,7 @@ typedef struct btg_position {
     double tilt_rad;        /* beta >= 0 */
     double spin_rad;        /* alpha */
     double inclination_rad; /* lambda: angle from nP to the axis in the pseudo-insert's plane */
+    double bound_mm;        /* proven: nowhere deeper in the part than this; NaN: not proven */
 } btg_position;
 
 /* Bytes of workspace a run call needs for this part; the caller owns the memory, one workspace a
@@ -310,6 +318,14 @@ BTG_API btg_status btg_position_solve(const btg_part *part, const btg_tool *tool
                                       const btg_solver_def *solver, double foot_x_mm,
                                       double foot_y_mm, void *workspace, size_t workspace_size,
                                       btg_position *position);
+
+/* The same, started from the contacts of a neighbour on the path: quicker; the answer is the same
+ * to the tolerance. NULL or a neighbour without contacts: as btg_position_solve. */
+BTG_API btg_status btg_position_follow(const btg_part *part, const btg_tool *tool,
+                                       const btg_solver_def *solver, double foot_x_mm,
+                                       double foot_y_mm, const btg_position *neighbour,
+                                       void *workspace, size_t workspace_size,
+                                       btg_position *position);
 
 /* ---- composing DROP and TILT (for back ends and batches) ---------------------------------- */
 
