@@ -184,7 +184,7 @@ btg_status btg_backend_drop(btg_backend *backend, const btg_drop_query *queries,
     if (count == 0) return BTG_OK;
     if (!backend || !queries || !results) return refuse(0, bad);
     for (size_t i = 0; i < count; i++) {
-        if (!btg_check_drop(&queries[i])) return refuse(i, bad);
+        if (!btg_check_drop(&queries[i], &backend->info)) return refuse(i, bad);
     }
     return backend->table->drop(backend->state, queries, count, results);
 }

@@ -148,7 +148,7 @@ static frame_box box_about(const btg_part *part, const btg_cell *cell, btg_place
                            double speed_u, double speed_v) {
     double low_u = cell->u - cell->hu, high_u = cell->u + cell->hu;
     double low_v = cell->v - cell->hv, high_v = cell->v + cell->hv;
-    if (btg_cell_is_triangle(part, cell)) {
+    if (btg_is_triangle(part, cell->item)) {
         low_u = fmin(cell->u, high_u);
         low_v = fmin(cell->v, high_v);
         high_u = low_u + fabs(cell->hu);
@@ -191,10 +191,30 @@ btg_basin btg_basin_make(const btg_search *search, btg_place place, uint32_t ele
     slope_v = fmax(slope_v, 0);
     basin.speed_u = x.speed_u;
     basin.speed_v = x.speed_v;
-    double reach = search->part->scale;
+    double reach = fmin(search->part->scale, 2 * (e->ring_radius_mm + e->corner_radius_mm));
     for (int i = 0; i < BTG_BASIN_HALVINGS && basin.reach == 0; i++, reach *= 0.7)
         if (basin_holds(&x, reach, slope_u, slope_v)) basin.reach = reach;
     return basin;
+}
+
+/* Basins stand about the contacts of the tool as placed: made anew when that moves. */
+static void renew(btg_search *search) {
+    search->basin_stale = false;
+    search->basin[0].reach = search->basin[1].reach = 0;
+    if (search->found && !search->osculating)
+        search->basin[0] = btg_basin_make(search, search->place, search->element);
+    if (search->query.op == BTG_OP_TILT)
+        search->basin[1] = btg_basin_make(search, search->p_place, 0);
+}
+
+bool btg_basins_cover(btg_search *search, const btg_region *region, uint32_t element) {
+    if (region->node != BTG_REGION_CELL) return false;
+    if (search->basin_stale) renew(search);
+    for (int i = 0; i < 2; i++)
+        if (search->basin[i].element == element &&
+            btg_basin_covers(search, &search->basin[i], region))
+            return true;
+    return false;
 }
 
 bool btg_basin_covers(const btg_search *search, const btg_basin *basin, const btg_region *region) {

@@ -98,7 +98,7 @@ static btg_vec3 nearest_on_figure(const btg_search *search, const btg_region *re
         s = least_place(ga, haa);
         t = least_place(gb + hab * s, hbb);
     }
-    if (btg_cell_is_triangle(search->part, cell)) { /* a and b start at a corner */
+    if (btg_is_triangle(search->part, cell->item)) { /* a and b start at a corner */
         s = fmin(fmax(s, -1.0 / 3), 2.0 / 3);
         t = fmin(fmax(t, -1.0 / 3), 2.0 / 3);
         double over = s + t - 1.0 / 3;
@@ -140,12 +140,9 @@ static bool own_plane(const btg_search *search, const btg_region *region, const 
 }
 
 /* The region does not reach into the element as placed. */
-static bool clear_as_placed(const btg_search *search, const btg_region *region, uint32_t element) {
+static bool clear_as_placed(btg_search *search, const btg_region *region, uint32_t element) {
     const btg_tool_element *e = &search->query.tool->element[element];
-    for (int i = 0; i < 2; i++)
-        if (search->basin[i].element == element &&
-            btg_basin_covers(search, &search->basin[i], region))
-            return true;
+    if (btg_basins_cover(search, region, element)) return true;
     btg_ray_distance d = btg_ray_tool_distance(e, search->at, region->cell.centre);
     if (d.distance - region->radius >= -search->tolerance) return true;
     if (d.distance < -search->tolerance) return false;
@@ -164,8 +161,7 @@ static bool clear_as_placed(const btg_search *search, const btg_region *region, 
     low = bound_by_plane(search, region, e, &near, nearest);
     if (low >= -search->tolerance) return true;
     return region->radius < SECOND_ORDER_BELOW * (e->ring_radius_mm + e->corner_radius_mm) &&
-           near.distance >= -btg_cell_bend(search->part, &region->cell) &&
-           btg_cell_clear_to_second_order(search, region, e);
+           near.distance >= -region->cell.bend && btg_cell_clear_to_second_order(search, region, e);
 }
 
 static bool clear_by_ball(const btg_search *search, const btg_region *region, uint32_t element) {
@@ -209,7 +205,7 @@ static bool clear_by_turn(const btg_search *search, const btg_region *region, ui
 }
 
 /* TILT, the cutter. */
-static bool clear_of_cutter(const btg_search *search, const btg_region *region) {
+static bool clear_of_cutter(btg_search *search, const btg_region *region) {
     const btg_ray_query *q = &search->query;
     btg_vec3 c = region->cell.centre;
     double height = vec_dot(vec_sub(c, search->at.centre), search->at.axis);
@@ -234,7 +230,28 @@ static bool outside_shadow(const btg_search *search, const btg_region *region) {
     return true;
 }
 
-bool btg_search_clear(const btg_search *search, const btg_region *region) {
+/* No point of the region comes near enough to the insert's axis for the element to reach it on any
+ * turn. */
+static bool out_of_reach(const btg_ray_query *q, const btg_region *region, uint32_t element) {
+    btg_vec3 d = vec_sub(region->cell.centre, q->o);
+    const btg_tool_element *cutter = &q->tool->element[0], *e = &q->tool->element[element];
+    double reach = 2 * cutter->ring_radius_mm + cutter->corner_radius_mm;
+    if (element == 0) return vec_norm(d) - region->radius > reach;
+    double v = vec_dot(d, q->v), w = vec_dot(d, q->w);
+    return sqrt(v * v + w * w) + region->radius < e->from_mm;
+}
+
+/* TILT, shank and holder. */
+static bool clear_of_the_rest(const btg_search *search, const btg_region *region) {
+    const btg_ray_query *q = &search->query;
+    for (uint32_t i = 1; i < q->tool->element_count; i++)
+        if (!out_of_reach(q, region, i) && !clear_by_ball(search, region, i) &&
+            !clear_by_turn(search, region, i))
+            return false;
+    return true;
+}
+
+bool btg_search_clear(btg_search *search, const btg_region *region) {
     const btg_ray_query *q = &search->query;
     if (q->op == BTG_OP_DROP) {
         if (!search->found) return outside_shadow(search, region);
@@ -244,8 +261,33 @@ bool btg_search_clear(const btg_search *search, const btg_region *region) {
     }
     double from_p = vec_norm(vec_sub(region->cell.centre, q->p)) + region->radius;
     if (from_p * from_p < q->p_clearance2) return true; /* the limits at P speak for it */
-    if (!clear_of_cutter(search, region)) return false;
-    for (uint32_t i = 1; i < q->tool->element_count; i++)
-        if (!clear_by_ball(search, region, i) && !clear_by_turn(search, region, i)) return false;
-    return true;
+    return clear_of_cutter(search, region) && clear_of_the_rest(search, region);
+}
+
+/* TILT, the cutter, one piece of a block: as clear_of_cutter. */
+static bool piece_clear_of_cutter(btg_search *search, const btg_region *region,
+                                  const btg_block_bound *bound, int k) {
+    const btg_ray_query *q = &search->query;
+    if (bound->height[k] + region->radius <= 0)
+        return bound->low[k] >= -search->tolerance || btg_basins_cover(search, region, 0);
+    double start = vec_dot(vec_sub(region->cell.centre, q->o), q->w);
+    if (bound->height[k] > region->radius && start > region->radius) return true;
+    if (out_of_reach(q, region, 0) || clear_by_ball(search, region, 0)) return true;
+    return !q->tool->element[0].hollow && clear_by_turn(search, region, 0);
+}
+
+bool btg_search_clear_piece(btg_search *search, const btg_region *region,
+                            const btg_block_bound *bound, int k) {
+    const btg_ray_query *q = &search->query;
+    if (!bound) return btg_search_clear(search, region);
+    if (q->op == BTG_OP_DROP) {
+        if (bound->low[k] < -search->tolerance && !btg_basins_cover(search, region, 0))
+            return false;
+        for (uint32_t i = 1; i < q->tool->element_count; i++)
+            if (!clear_as_placed(search, region, i)) return false;
+        return true;
+    }
+    double from_p = vec_norm(vec_sub(region->cell.centre, q->p)) + region->radius;
+    if (from_p * from_p < q->p_clearance2) return true;
+    return piece_clear_of_cutter(search, region, bound, k) && clear_of_the_rest(search, region);
 }

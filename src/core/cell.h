@@ -1,9 +1,8 @@
-/* A cell: what the search looks at, a piece of a patch or of a triangle that halves as often as
- * asked. Stored tiles come first, then cells made on the way. Internal. */
+/* A cell: one piece of the part by itself, for the tests that look at one at a time. Internal. */
 #ifndef BTG_CORE_CELL_H
 #define BTG_CORE_CELL_H
 
-#include "core/part.h"
+#include "core/block.h"
 
 /* Patch piece: centre + a s + b t, |s|, |t| <= 1, up to `bend`; parameters u +- hu, v +- hv.
  * Triangle piece: corners x, x + a, x + b with centre = x + (a + b) / 3, exact; parameters
@@ -11,27 +10,22 @@
 typedef struct btg_cell {
     btg_vec3 centre, a, b;
     double u, v, hu, hv;
-    double bend_uu, bend_uv, bend_vv;
+    double bend; /* rounding of its points included */
     uint32_t item;
-    uint32_t tile; /* stored tile this is; BTG_CELL_MADE when made on the way */
 } btg_cell;
 
-#define BTG_CELL_MADE         UINT32_MAX
-#define BTG_CELL_CHILDREN_MAX 4
+/* Piece k of a block. */
+void btg_cell_of_block(const btg_block *block, int k, btg_cell *cell);
 
-void btg_cell_root(const btg_part *part, uint32_t item, btg_cell *cell);
+/* A triangle's piece from its parameters: u, v and hu of `piece`. */
+void btg_cell_of_triangle(const btg_part *part, const btg_piece *piece, btg_cell *cell);
 
-/* Cuts the cell; returns the number of children, 2 for a patch piece, 4 for a triangle's. */
-int btg_cell_split(const btg_part *part, const btg_cell *cell,
-                   btg_cell child[BTG_CELL_CHILDREN_MAX]);
+/* A whole triangle, and the four its piece is cut into. */
+void btg_triangle_root(uint32_t item, btg_piece *piece);
+void btg_triangle_cut(const btg_piece *piece, btg_piece quarter[4]);
 
-static inline bool btg_cell_is_triangle(const btg_part *part, const btg_cell *cell) {
-    return cell->item >= part->patch_count;
-}
-
-/* Error of the cell's plane figure, and the rounding of its points. */
-static inline double btg_cell_bend(const btg_part *part, const btg_cell *cell) {
-    return cell->bend_uu + cell->bend_uv + cell->bend_vv + 1e-14 * part->scale;
+static inline bool btg_is_triangle(const btg_part *part, uint32_t item) {
+    return item >= part->patch_count;
 }
 
 /* Radius of a ball about the centre that holds the cell. */

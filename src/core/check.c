@@ -56,14 +56,15 @@ static bool unit(btg_vec3 a) {
     return fabs(vec_norm2(a) - 1) <= 2 * UNIT_TOLERANCE;
 }
 
-bool btg_check_drop(const btg_drop_query *query) {
-    return place(query->origin) && unit(query->axis);
-}
-
 static bool on_part(btg_place p, const btg_part_info *info) {
     if (!(p.u >= 0 && p.u <= 1 && p.v >= 0 && p.v <= 1)) return false;
     if (p.item < info->patch_count) return true;
     return p.item - info->patch_count < info->triangle_count && p.u + p.v <= 1 + UNIT_TOLERANCE;
+}
+
+bool btg_check_drop(const btg_drop_query *query, const btg_part_info *info) {
+    return place(query->origin) && unit(query->axis) &&
+           (!query->has_start || on_part(query->start, info));
 }
 
 /* The point that the insert, and the normal at it, say is P. */
@@ -82,6 +83,7 @@ bool btg_check_tilt(const btg_tilt_query *query, const btg_tool *tool, const btg
     if (!(vec_norm(skew) <= 4 * UNIT_TOLERANCE)) return false;
     if (!place(query->o1) || !place(query->p.point)) return false;
     if (!(query->max_tilt_rad >= 0 && query->max_tilt_rad <= BTG_PI)) return false;
+    if (query->has_start && !on_part(query->start, info)) return false;
     return on_insert(query, tool) && on_part(query->p.place, info);
 }
 

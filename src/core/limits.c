@@ -8,9 +8,10 @@
 #define ON_EDGE 0.01
 /* Cells this small, in clearances, are near enough to P to find their sheet's nearest point. */
 #define SHEET_REACH 30.0
-/* Rings about P to start from: 2, 6, 18 ... 486 clearances. */
-#define RINGS           6
-#define RING_DIRECTIONS 16
+/* Where the value's slope out of P is taken, in clearances: there and at twice that. */
+#define SLOPE_AT 20.0
+/* The first polish near P starts at the most so far from it, in minor radii. */
+#define START_MAX 0.5
 
 static void offer_limit(btg_search *search, double value) {
     btg_search_offer(search, value, search->p_place, search->query.p, 0, true);
@@ -34,38 +35,40 @@ static void offer_sheet(btg_search *search, btg_place place) {
     }
 }
 
-/* The largest value on a ring about P, on P's own sheet, and its place; -INFINITY where no ray
- * meets the tool. */
-static double best_on_ring(const btg_search *search, const btg_surface_point *p, double length,
-                           btg_place *best_place) {
-    double uu = vec_norm2(p->su), vv = vec_norm2(p->sv), uv = vec_dot(p->su, p->sv);
-    double det = uu * vv - uv * uv, best = -INFINITY;
-    if (!(det > 1e-12 * uu * vv)) return best;
-    btg_place o = search->p_place;
-    for (int k = 0; k < RING_DIRECTIONS; k++) {
-        double angle = 2 * BTG_PI * k / RING_DIRECTIONS;
-        /* an orthogonal step: along su, and across it */
-        double c = cos(angle) * length / sqrt(uu), d = sin(angle) * length * sqrt(uu / det);
-        btg_place at = {o.item, o.u + c - d * uv / uu, o.v + d};
-        btg_ray_hit hit;
-        if (!(at.u >= 0 && at.u <= 1 && at.v >= 0 && at.v <= 1)) continue;
-        btg_vec3 s = btg_patch_point(&search->part->patches[o.item], at.u, at.v);
-        if (!btg_ray_cast(&search->query, s, &hit) || hit.value <= best) continue;
-        best = hit.value;
-        *best_place = at;
-    }
-    return best;
+/* The place a step along the ridge from P, in mm, and its value; false outside the patch or where
+ * no ray meets the tool. */
+static bool along_ridge(const btg_search *search, const double ridge[2], double step, btg_place *at,
+                        double *value) {
+    btg_surface_point s;
+    btg_ray_hit hit;
+    btg_place p = search->p_place;
+    *at = (btg_place){p.item, p.u + step * ridge[0], p.v + step * ridge[1]};
+    if (!(at->u >= 0 && at->u <= 1 && at->v >= 0 && at->v <= 1)) return false;
+    btg_part_point(search->part, *at, &s);
+    if (!btg_ray_cast(&search->query, s.s, &hit)) return false;
+    *value = hit.value;
+    return true;
 }
 
-/* Where the tilt is nearly osculating the value rises from P in valleys, by less than the search's
- * clearance shows: starts on rings about P find their tops. */
-static void rings(btg_search *search) {
-    btg_surface_point p;
-    btg_part_point(search->part, search->p_place, &p);
-    double length = 2 * sqrt(search->query.p_clearance2);
-    for (int i = 0; i < RINGS; i++, length *= 3) {
-        btg_place start;
-        if (best_on_ring(search, &p, length, &start) > -INFINITY) btg_search_polish(search, start);
+/* Where the tilt is nearly osculating the value rises from P along the direction of its limit, the
+ * ridge, by less than the search's clearance shows: a parabola through the limit and two places
+ * tells where to start uphill. */
+static void climb_ridge(btg_search *search, const btg_surface_point *p) {
+    double ridge[2], limit, clearance = sqrt(search->query.p_clearance2);
+    if (!btg_ray_ridge(&search->query, p, ridge, &limit)) return;
+    for (int side = -1; side <= 1; side += 2) {
+        double t = SLOPE_AT * clearance, v1, v2, value;
+        btg_place at;
+        if (!along_ridge(search, ridge, side * t, &at, &v1)) continue;
+        if (!along_ridge(search, ridge, side * 2 * t, &at, &v2)) continue;
+        double slope = (4 * v1 - v2 - 3 * limit) / (2 * t), bend = (v2 - 2 * v1 + limit) / (t * t);
+        if (!(slope > 0)) continue;
+        double most = START_MAX * search->query.tool->element[0].corner_radius_mm;
+        double step = bend < 0 ? fmin(-slope / bend, most) : most;
+        step = fmax(step, 2 * clearance);
+        if (along_ridge(search, ridge, side * step, &at, &value) ||
+            along_ridge(search, ridge, side * t, &at, &value))
+            btg_search_polish(search, at);
     }
 }
 
@@ -75,7 +78,10 @@ void btg_search_near_p(btg_search *search) {
     offer_sheet(search, search->p_place);
     search->sheet[0] = search->p_place.item;
     search->sheet_count = 1;
-    if (search->p_place.item < search->part->patch_count) rings(search);
+    if (btg_is_triangle(search->part, search->p_place.item)) return;
+    btg_surface_point p;
+    btg_part_point(search->part, search->p_place, &p);
+    climb_ridge(search, &p);
 }
 
 static btg_place hold(const btg_search *search, btg_place at) {

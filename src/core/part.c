@@ -1,6 +1,6 @@
 /* The part: its surfaces as Bezier patches, its triangles, and the trees over both. */
 #include "core/part.h"
-#include "core/cell.h"
+#include "core/block.h"
 #include "core/mesh.h"
 #include "core/surface.h"
 #include "core/tree.h"
@@ -85,7 +85,7 @@ static btg_status check_part(const btg_part_def *def, part_size *size, btg_messa
 
 typedef struct patch_fill {
     btg_part *part;
-    btg_tile_list list;
+    btg_quarters_list list;
     size_t coefficient_at;
     uint32_t surface;
     bool rational;
@@ -100,15 +100,19 @@ static btg_status add_patch(const btg_net *net, const double domain_u[2], const 
     double *out = part->coefficients + fill->coefficient_at;
     size_t count = 4 * (size_t)(net->degree_u + 1) * (size_t)(net->degree_v + 1);
     memcpy(out, net->point, count * sizeof *out);
-    fill->coefficient_at += count;
-    *patch = (btg_patch){.coefficients = out, .rational = fill->rational, .surface = fill->surface};
+    fill->coefficient_at += 2 * count;
+    *patch = (btg_patch){.coefficients = out,
+                         .power = out + count,
+                         .rational = fill->rational,
+                         .surface = fill->surface};
     patch->degree_u = (uint8_t)net->degree_u;
     patch->degree_v = (uint8_t)net->degree_v;
     memcpy(patch->domain_u, domain_u, sizeof patch->domain_u);
     memcpy(patch->domain_v, domain_v, sizeof patch->domain_v);
+    patch->origin = btg_patch_point(patch, 0.5, 0.5);
+    patch->rounding = btg_net_power(net, patch->origin, out + count);
     part->patch_count++;
-    return btg_tree_add_patch(&part->allocator, net, part->scale, &fill->list,
-                              &part->patch_root[index], &part->tile_depth, patch->third);
+    return btg_tree_add_patch(part, net, index, &fill->list, &part->quarters_depth);
 }
 
 static btg_status fill_patches(btg_part *part, const btg_part_def *def) {
@@ -119,9 +123,9 @@ static btg_status fill_patches(btg_part *part, const btg_part_def *def) {
         fill.rational = def->surfaces[i].weights != NULL;
         status = btg_surface_cut(&def->surfaces[i], add_patch, &fill);
     }
-    part->tiles = fill.list.tiles;
-    part->tile_count = fill.list.count;
-    part->info.memory_bytes += fill.list.capacity * sizeof *part->tiles;
+    part->quarters = fill.list.at;
+    part->quarters_count = fill.list.count;
+    part->info.memory_bytes += fill.list.capacity * sizeof *part->quarters;
     return status;
 }
 
@@ -138,15 +142,14 @@ static void fill_meshes(btg_part *part, const btg_part_def *def) {
 static btg_status allocate_arrays(btg_part *part, const part_size *size) {
     const btg_allocator *a = &part->allocator;
     part->patches = btg_allocate(a, size->patches, sizeof *part->patches);
-    part->patch_root = btg_allocate(a, size->patches, sizeof *part->patch_root);
-    part->coefficients = btg_allocate(a, size->coefficients, sizeof *part->coefficients);
+    part->coefficients = btg_allocate(a, size->coefficients, 2 * sizeof *part->coefficients);
     part->vertices = btg_allocate(a, size->vertices, sizeof *part->vertices);
     part->triangles = btg_allocate(a, size->triangles, sizeof *part->triangles);
-    part->info.memory_bytes =
-        sizeof *part + size->patches * (sizeof *part->patches + sizeof *part->patch_root) +
-        size->coefficients * sizeof *part->coefficients + size->vertices * sizeof *part->vertices +
-        size->triangles * sizeof *part->triangles;
-    bool patches = part->patches && part->patch_root && part->coefficients;
+    part->info.memory_bytes = sizeof *part + size->patches * sizeof *part->patches +
+                              2 * size->coefficients * sizeof *part->coefficients +
+                              size->vertices * sizeof *part->vertices +
+                              size->triangles * sizeof *part->triangles;
+    bool patches = part->patches && part->coefficients;
     bool triangles = part->vertices && part->triangles;
     return (patches || !size->patches) && (triangles || !size->triangles) ? BTG_OK
                                                                           : BTG_ERROR_MEMORY;
@@ -154,32 +157,26 @@ static btg_status allocate_arrays(btg_part *part, const part_size *size) {
 
 /* ---- extent ------------------------------------------------------------------------------- */
 
-/* The largest direction . s over one item, or `best` when that is more. */
-static double item_extent(const btg_part *part, uint32_t item, btg_vec3 direction, double best) {
-    enum { DEPTH = 160 };
-    btg_cell stack[DEPTH];
+/* The largest direction . s over one patch, or `best` when that is more. */
+static double patch_extent(const btg_part *part, uint32_t item, btg_vec3 direction, double best) {
+    enum { DEPTH = 3 * 40 };
+    btg_piece stack[DEPTH];
+    btg_block block;
     int top = 1;
-    btg_cell_root(part, item, &stack[0]);
+    btg_piece_root(part, item, &stack[0]);
     double tolerance = 1e-6 * part->scale;
     while (top > 0) {
-        btg_cell cell = stack[--top];
-        btg_surface_point s;
-        if (btg_cell_is_triangle(part, &cell)) {
-            for (int i = 0; i < 3; i++) {
-                btg_part_point(part, (btg_place){item, i == 1, i == 2}, &s);
-                best = fmax(best, vec_dot(s.s, direction));
-            }
-            continue;
+        btg_piece piece = stack[--top];
+        btg_block_make(part, &piece, &block);
+        for (int k = 0; k < 4; k++) {
+            btg_vec3 a = btg_block_vector(&block.a, k), b = btg_block_vector(&block.b, k);
+            double at = vec_dot(btg_block_vector(&block.centre, k), direction);
+            double reach =
+                fabs(vec_dot(a, direction)) + fabs(vec_dot(b, direction)) + block.bend[k];
+            best = fmax(best, at);
+            if (at + fmin(reach, block.radius[k]) > best + tolerance && top < DEPTH)
+                stack[top++] = block.piece[k];
         }
-        best = fmax(best, vec_dot(cell.centre, direction));
-        double reach = btg_cell_reach(part, &cell, direction);
-        if (vec_dot(cell.centre, direction) + reach <= best + tolerance || top + 2 > DEPTH)
-            continue;
-        btg_cell child[BTG_CELL_CHILDREN_MAX];
-        btg_cell_split(part, &cell, child);
-        bool first = vec_dot(child[0].centre, direction) > vec_dot(child[1].centre, direction);
-        stack[top++] = child[first]; /* the higher one on top */
-        stack[top++] = child[!first];
     }
     return best;
 }
@@ -192,8 +189,11 @@ static double extent(const btg_part *part, btg_vec3 direction) {
             btg_part_point(part, (btg_place){i, corner & 1, corner >> 1}, &s);
             best = fmax(best, vec_dot(s.s, direction));
         }
-    for (uint32_t i = 0; i < part->patch_count + part->triangle_count; i++)
-        best = item_extent(part, i, direction, best);
+    for (uint32_t i = 0; i < part->patch_count; i++)
+        best = patch_extent(part, i, direction, best);
+    for (uint32_t i = 0; i < part->triangle_count; i++)
+        for (int k = 0; k < 3; k++)
+            best = fmax(best, vec_dot(part->vertices[part->triangles[i][k]], direction));
     return best;
 }
 
@@ -243,8 +243,8 @@ btg_status btg_part_create(const btg_part_def *def, btg_part **out, btg_message 
 void btg_part_destroy(btg_part *part) {
     if (!part) return;
     btg_allocator a = part->allocator;
-    void *memory[] = {part->patches,  part->patch_root, part->coefficients, part->tiles,
-                      part->vertices, part->triangles,  part->nodes,        part->items};
+    void *memory[] = {part->patches,   part->coefficients, part->quarters, part->vertices,
+                      part->triangles, part->nodes,        part->items};
     for (size_t i = 0; i < sizeof memory / sizeof *memory; i++)
         btg_release(&a, memory[i]);
     btg_release(&a, part);

@@ -2,32 +2,35 @@
 #ifndef BTG_CORE_PART_H
 #define BTG_CORE_PART_H
 
+#include "core/lanes.h"
 #include "core/vec.h"
 
-/* A Bezier patch, one piece of a given surface. Coefficients: (degree_u + 1) * (degree_v + 1)
- * points (w x, w y, w z, w), v fastest; w is 1 unless rational. */
+/* A Bezier patch, one piece of a given surface. Points are (w x, w y, w z, w), v fastest; w is 1
+ * unless rational. */
 typedef struct btg_patch {
-    const double *coefficients;
+    const double *coefficients; /* Bezier net: (degree_u + 1) (degree_v + 1) points */
+    const double *power; /* the same of W (S - origin), as a polynomial in u - 1/2, v - 1/2 */
+    btg_vec3 origin;
+    double rounding;  /* of an evaluated point, at most, mm */
+    double third[4];  /* bounds of |Suuu|, |Suuv|, |Suvv|, |Svvv| over the patch */
+    uint32_t quarter; /* its quarters, index into quarters; 0: none are stored */
     uint8_t degree_u, degree_v;
+    uint8_t cut; /* btg_cut of its quarters */
     bool rational;
     uint32_t surface;                /* index of the surface it was cut from */
     double domain_u[2], domain_v[2]; /* its piece of that surface's domain */
-    double third[4];                 /* bounds of |Suuu|, |Suuv|, |Suvv|, |Svvv| over the patch */
 } btg_patch;
 
-/* A node of a patch's own binary tree: the sub-patch is centre + a s + b t, |s|, |t| <= 1, up to
- * an error of at most bend_uu + bend_uv + bend_vv. Halving a side divides a or b by 2, and the
- * bends by 4, 2 or 1. */
-typedef struct btg_tile {
-    btg_vec3 centre;
-    float a[3], b[3];
-    float bend_uu, bend_uv, bend_vv; /* rounded up, rounding of centre, a and b included */
-    uint32_t child; /* index of the first of two children; 0: a leaf. BTG_TILE_SPLIT_V is set when
-                       they are halves in v */
-} btg_tile;
+/* How a piece of a patch is cut into four. */
+typedef enum btg_cut { BTG_CUT_BOTH, BTG_CUT_U, BTG_CUT_V } btg_cut;
 
-#define BTG_TILE_SPLIT_V 0x80000000u
-#define BTG_TILE_CHILD   0x7fffffffu
+/* Four pieces that one piece of a patch is cut into: what cannot be had by evaluating. */
+typedef struct btg_quarters {
+    float third[4][4]; /* bounds of the third derivatives over piece [..][k], in units of its half
+                          sides: |Suuu| hu^3, |Suuv| hu^2 hv, ..., mm; rounded up */
+    uint32_t child[4]; /* its quarters; 0: none are stored */
+    uint8_t cut[4];    /* btg_cut of those */
+} btg_quarters;
 
 /* A node of the tree over patches and triangles: an axis-parallel box, rounded outward. */
 typedef struct btg_box_node {
@@ -43,16 +46,15 @@ struct btg_part {
 
     uint32_t patch_count, triangle_count;
     btg_patch *patches;
-    uint32_t *patch_root; /* index into tiles, one a patch */
-    double *coefficients;
-    btg_tile *tiles;
-    uint32_t tile_count;
+    double *coefficients; /* nets, then power forms */
+    btg_quarters *quarters;
+    uint32_t quarters_count;
 
     btg_vec3 *vertices;
     uint32_t (*triangles)[3];
 
     btg_box_node *nodes;
-    uint32_t node_count, node_depth, tile_depth; /* depths bound the search's stack */
+    uint32_t node_count, node_depth, quarters_depth; /* depths bound the search's stack */
     uint32_t *items; /* patches first (index < patch_count), then triangles */
 };
 
@@ -67,11 +69,17 @@ btg_status btg_fail(btg_message *message, btg_status status, const char *format,
 #endif
     ;
 
-/* ---- surface.c ---------------------------------------------------------------------------- */
+/* ---- evaluate.c, surface.c ---------------------------------------------------------------- */
 
 /* Point and derivatives of a patch; u, v in 0..1. */
 void btg_patch_evaluate(const btg_patch *patch, double u, double v, btg_surface_point *point);
-/* Point alone: cheaper. */
+/* The same at four places side by side. */
+typedef struct btg_surface_four {
+    lanes3_memory s, su, sv, suu, suv, svv;
+} btg_surface_four;
+void btg_patch_evaluate_four(const btg_patch *patch, const double u[4], const double v[4],
+                             btg_surface_four *out);
+/* Point alone, from the Bezier net: another way to the same. */
 btg_vec3 btg_patch_point(const btg_patch *patch, double u, double v);
 
 /* ---- part.c ------------------------------------------------------------------------------- */

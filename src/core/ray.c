@@ -250,40 +250,62 @@ static bool osculating_edge(const btg_ray_query *query, btg_vec3 t, btg_vec3 tt,
     return limit_value(query, ro * (spread + vec_dot(tt, away)) / d, value);
 }
 
+/* A slope below 1e-6 departs less than the curvature does within the clearance about P. */
+static bool tangent_to_tool(const btg_ray_query *query, const btg_surface_point *f) {
+    double uu = vec_norm2(f->su), vv = vec_norm2(f->sv);
+    btg_vec3 normal = vec_cross(f->su, f->sv), slope = vec_cross(normal, query->n);
+    bool regular = vec_norm2(normal) > 1e-20 * uu * vv && uu > 0 && vv > 0;
+    return regular && vec_norm2(slope) <= 1e-12 * vec_norm2(normal);
+}
+
 /* A sheet tangent to the tool at P: 1/2 (a x^2 + 2 b x y + c y^2) away from the tool, x along u,
- * y along the insert. */
-static bool osculating_face(const btg_ray_query *query, const btg_surface_point *f, double *value) {
-    double ro = query->tool->element[0].ring_radius_mm;
-    double ri = query->tool->element[0].corner_radius_mm;
+ * y along the insert; and the parameters of unit steps along x and y. */
+typedef struct sheet {
+    double a, b, c;
+    double x[2], y[2];
+} sheet;
+
+static sheet sheet_at(const btg_ray_query *query, const btg_surface_point *f) {
     btg_vec3 away = vec_scale(query->n, -1), y = vec_cross(query->u, away);
     double xu = vec_dot(f->su, query->u), xv = vec_dot(f->sv, query->u);
     double yu = vec_dot(f->su, y), yv = vec_dot(f->sv, y);
     double det = xu * yv - xv * yu;
-    double l = vec_dot(f->suu, away), m2 = vec_dot(f->suv, away), n2 = vec_dot(f->svv, away);
-    double ax = yv / det, bx = -yu / det; /* parameters of a unit step along x */
-    double ay = -xv / det, by = xu / det; /* and along y */
-    double a = l * ax * ax + 2 * m2 * ax * bx + n2 * bx * bx;
-    double b = l * ax * ay + m2 * (ax * by + ay * bx) + n2 * bx * by;
-    double c = l * ay * ay + 2 * m2 * ay * by + n2 * by * by;
-    double cy = 1 + ri * c, twist = 0;
+    double l = vec_dot(f->suu, away), m = vec_dot(f->suv, away), n = vec_dot(f->svv, away);
+    sheet s = {.x = {yv / det, -yu / det}, .y = {-xv / det, xu / det}};
+    s.a = l * s.x[0] * s.x[0] + 2 * m * s.x[0] * s.x[1] + n * s.x[1] * s.x[1];
+    s.b = l * s.x[0] * s.y[0] + m * (s.x[0] * s.y[1] + s.y[0] * s.x[1]) + n * s.x[1] * s.y[1];
+    s.c = l * s.y[0] * s.y[0] + 2 * m * s.y[0] * s.y[1] + n * s.y[1] * s.y[1];
+    return s;
+}
+
+static bool osculating_face(const btg_ray_query *query, const btg_surface_point *f, double *value) {
+    double ro = query->tool->element[0].ring_radius_mm;
+    double ri = query->tool->element[0].corner_radius_mm;
+    sheet s = sheet_at(query, f);
+    double cy = 1 + ri * s.c, twist = 0;
     if (cy > 1e-12)
-        twist = ri * b * b / cy;
-    else if (b != 0)
+        twist = ri * s.b * s.b / cy;
+    else if (s.b != 0)
         return limit_value(query, -1, value);
-    double m = 1 + ri * (a - twist);
+    double m = 1 + ri * (s.a - twist);
     if (!(m > 0)) return limit_value(query, -1, value);
-    return limit_value(query, ro * (a - twist) / m, value);
+    return limit_value(query, ro * (s.a - twist) / m, value);
+}
+
+bool btg_ray_ridge(const btg_ray_query *query, const btg_surface_point *f, double ridge[2],
+                   double *limit) {
+    double ri = query->tool->element[0].corner_radius_mm;
+    if (!tangent_to_tool(query, f) || !(ri > 0) || !osculating_face(query, f, limit)) return false;
+    sheet s = sheet_at(query, f);
+    double cy = 1 + ri * s.c, y = cy > 1e-6 ? -ri * s.b / cy : 0, k = 1 / sqrt(1 + y * y);
+    ridge[0] = k * (s.x[0] + y * s.y[0]);
+    ridge[1] = k * (s.x[1] + y * s.y[1]);
+    return isfinite(ridge[0]) && isfinite(ridge[1]);
 }
 
 bool btg_ray_osculating(const btg_ray_query *query, const btg_surface_point *f, bool edge_u,
                         bool edge_v, double *value) {
-    double uu = vec_norm2(f->su), vv = vec_norm2(f->sv);
-    double nu = vec_dot(f->su, query->n), nv = vec_dot(f->sv, query->n);
-    btg_vec3 normal = vec_cross(f->su, f->sv);
-    bool regular = vec_norm2(normal) > 1e-20 * uu * vv && uu > 0 && vv > 0;
-    /* A slope below 1e-6 departs less than the curvature does within the clearance about P. */
-    if (regular && nu * nu <= 1e-12 * uu && nv * nv <= 1e-12 * vv)
-        return osculating_face(query, f, value);
+    if (tangent_to_tool(query, f)) return osculating_face(query, f, value);
     double other;
     bool found = edge_u && osculating_edge(query, f->sv, f->svv, value);
     if (edge_v && osculating_edge(query, f->su, f->suu, &other)) {

@@ -54,6 +54,11 @@ btg_placement btg_ray_place(const btg_ray_query *query, double value);
 bool btg_ray_osculating(const btg_ray_query *query, const btg_surface_point *sheet, bool edge_u,
                         bool edge_v, double *value);
 
+/* The direction from P in which a smooth sheet reaches its osculating limit: parameters of a step
+ * of 1 mm. False: none. */
+bool btg_ray_ridge(const btg_ray_query *query, const btg_surface_point *sheet, double ridge[2],
+                   double *limit);
+
 /* Limits that the tool alone sets to the tilt about its first contact: P reaches the flat of a
  * bullnose, or the axis where the major radius is the smaller one. False: none. */
 bool btg_ray_tool_limit(const btg_ray_query *query, double *value);

@@ -1,15 +1,19 @@
 /* The walk through the part's trees (search.h). */
 #include "core/search.h"
 
-/* Halvings of stored leaves and triangles before a cell is as small as the rounding of its
- * points; each leaves at most three regions on the stack. */
-#define MADE_DEPTH 64
+/* Cuts before a piece is as small as the rounding of its points; each leaves at most three on the
+ * stack. */
+#define CUTS_MAX 40
 
-/* Polishes of the winner at the most. */
+/* Polishes of the winner at the most, and from one block. */
 #define FINISHES 4
+#define POLISHES 3
+
+/* Pieces below this part of the tool's radius are worth the first polish of a drop. */
+#define FIRST_POLISH 0.25
 
 size_t btg_search_stack_size(const btg_part *part) {
-    return 8 + (size_t)part->node_depth + part->tile_depth + 3 * MADE_DEPTH + 4;
+    return 16 + (size_t)part->node_depth + 3 * ((size_t)part->quarters_depth + CUTS_MAX);
 }
 
 void btg_search_offer(btg_search *search, double value, btg_place place, btg_vec3 point,
@@ -25,53 +29,49 @@ void btg_search_offer(btg_search *search, double value, btg_place place, btg_vec
     search->basin_stale = true;
 }
 
-/* Basins stand about the contacts of the tool as placed: made anew when that moves. */
-static void renew_basins(btg_search *search) {
-    search->basin_stale = false;
-    search->basin[0].reach = search->basin[1].reach = 0;
-    if (search->found && !search->osculating)
-        search->basin[0] = btg_basin_make(search, search->place, search->element);
-    if (search->query.op == BTG_OP_TILT)
-        search->basin[1] = btg_basin_make(search, search->p_place, 0);
-}
+/* ---- the stack ---------------------------------------------------------------------------- */
 
-static void rank(const btg_search *search, btg_region *region) {
-    btg_vec3 c = region->cell.centre;
+/* How soon a region shall be looked at: the smaller the sooner. */
+static double rank(const btg_search *search, btg_vec3 c, double radius) {
+    const btg_tool_element *e = &search->query.tool->element[0];
     if (search->query.op == BTG_OP_DROP && !search->found) {
         btg_vec3 d = vec_sub(c, search->query.o), w = search->query.w;
         double height = vec_dot(d, w), r = vec_norm(vec_mad(d, w, -height));
-        const btg_tool_element *e = &search->query.tool->element[0];
         double outside = r - e->ring_radius_mm - e->corner_radius_mm;
-        region->key = (outside > 0 ? outside : 0) - height - region->radius;
-        return;
+        return (outside > 0 ? outside : 0) - height - radius;
     }
-    const btg_tool_element *e = &search->query.tool->element[0];
-    region->key = btg_ray_tool_distance(e, search->at, c).distance - region->radius;
+    return btg_ray_tool_distance(e, search->at, c).distance - radius;
 }
 
-static void push_node(btg_search *search, uint32_t node, size_t *top) {
-    btg_region *region = &search->stack[*top];
+static btg_entry *push(btg_search *search, btg_vec3 centre, double radius) {
+    btg_entry *e = &search->stack[search->top++];
+    e->centre = centre;
+    e->radius = radius;
+    return e;
+}
+
+static void push_node(btg_search *search, uint32_t node) {
     const btg_box_node *n = &search->part->nodes[node];
-    region->node = node;
-    region->cell.centre = vec(n->centre[0], n->centre[1], n->centre[2]);
-    region->radius = sqrt((double)n->half[0] * n->half[0] + (double)n->half[1] * n->half[1] +
-                          (double)n->half[2] * n->half[2]);
-    rank(search, region);
-    (*top)++;
+    double x = (double)n->half[0], y = (double)n->half[1], z = (double)n->half[2];
+    btg_entry *e =
+        push(search, vec(n->centre[0], n->centre[1], n->centre[2]), sqrt(x * x + y * y + z * z));
+    e->node = node;
+    e->key = rank(search, e->centre, e->radius);
 }
 
-static void push_cell(btg_search *search, size_t *top) {
-    btg_region *region = &search->stack[*top];
-    region->node = BTG_REGION_CELL;
-    region->radius = btg_cell_radius(search->part, &region->cell);
-    rank(search, region);
-    (*top)++;
+static void push_triangle(btg_search *search, const btg_piece *piece) {
+    btg_cell cell;
+    btg_cell_of_triangle(search->part, piece, &cell);
+    btg_entry *e = push(search, cell.centre, btg_cell_radius(search->part, &cell));
+    e->node = BTG_REGION_CELL;
+    e->piece = *piece;
+    e->key = rank(search, e->centre, e->radius);
 }
 
-/* Puts the newest regions in order, nearest on top. */
-static void order(btg_search *search, size_t from, size_t top) {
-    for (size_t i = from + 1; i < top; i++) {
-        btg_region moved = search->stack[i];
+/* Puts the newest entries in order, nearest on top. */
+static void order(btg_search *search, size_t from) {
+    for (size_t i = from + 1; i < search->top; i++) {
+        btg_entry moved = search->stack[i];
         size_t k = i;
         for (; k > from && search->stack[k - 1].key < moved.key; k--)
             search->stack[k] = search->stack[k - 1];
@@ -79,79 +79,213 @@ static void order(btg_search *search, size_t from, size_t top) {
     }
 }
 
-static void open_node(btg_search *search, uint32_t node, size_t *top) {
-    const btg_box_node *n = &search->part->nodes[node];
-    size_t from = *top;
-    if (n->count == 0) {
-        push_node(search, n->first, top);
-        push_node(search, n->first + 1, top);
+static void push_item(btg_search *search, uint32_t item) {
+    btg_piece piece;
+    if (btg_is_triangle(search->part, item)) {
+        btg_triangle_root(item, &piece);
+        push_triangle(search, &piece);
+        return;
     }
-    for (uint32_t i = 0; i < n->count; i++) {
-        btg_cell_root(search->part, search->part->items[n->first + i], &search->stack[*top].cell);
-        push_cell(search, top);
-    }
-    order(search, from, *top);
+    btg_piece_root(search->part, item, &piece);
+    btg_entry *e = push(search, search->part->patches[item].origin, INFINITY);
+    e->node = BTG_REGION_CELL;
+    e->piece = piece;
+    e->key = 0;
 }
+
+static void open_node(btg_search *search, uint32_t node) {
+    const btg_box_node *n = &search->part->nodes[node];
+    size_t from = search->top;
+    if (n->count == 0) {
+        push_node(search, n->first);
+        push_node(search, n->first + 1);
+    }
+    for (uint32_t i = 0; i < n->count; i++)
+        push_item(search, search->part->items[n->first + i]);
+    order(search, from);
+}
+
+/* ---- triangles ---------------------------------------------------------------------------- */
 
 /* A centre that beats the best by more than rounding is worth a polish. */
-static void try_centre(btg_search *search, const btg_region *region) {
+static void try_place(btg_search *search, btg_vec3 point, btg_place place) {
     btg_ray_hit hit;
-    if (!btg_ray_cast(&search->query, region->cell.centre, &hit)) return;
+    if (!btg_ray_cast(&search->query, point, &hit)) return;
     double slack = search->query.op == BTG_OP_DROP ? 1e-14 * search->part->scale : 1e-14;
-    if (hit.value <= search->value + slack) return;
-    btg_search_polish(search, btg_cell_place(search->part, &region->cell));
+    if (hit.value > search->value + slack) btg_search_polish(search, place);
 }
 
-static void open_cell(btg_search *search, const btg_region *region, size_t *top) {
-    btg_cell child[BTG_CELL_CHILDREN_MAX];
-    size_t from = *top;
-    int count = btg_cell_split(search->part, &region->cell, child);
-    for (int i = 0; i < count; i++) {
-        search->stack[*top].cell = child[i];
-        push_cell(search, top);
+static bool at_the_end(const btg_search *search, double radius) {
+    /* A cell that small holds nothing its centre does not. */
+    return radius <= 0.25 * search->tolerance || search->top + 8 > search->stack_size;
+}
+
+static void open_triangle(btg_search *search, const btg_region *region, const btg_piece *piece) {
+    try_place(search, region->cell.centre, btg_cell_place(search->part, &region->cell));
+    if (search->query.op == BTG_OP_TILT) btg_search_sheet_at_p(search, region);
+    if (at_the_end(search, region->radius)) return;
+    btg_piece quarter[4];
+    size_t from = search->top;
+    btg_triangle_cut(piece, quarter);
+    for (int i = 0; i < 4; i++)
+        push_triangle(search, &quarter[i]);
+    order(search, from);
+}
+
+/* ---- patches ------------------------------------------------------------------------------ */
+
+static btg_place place_in(const btg_piece *piece, double s, double t) {
+    return (btg_place){piece->item, piece->u + s * piece->hu, piece->v + t * piece->hv};
+}
+
+/* DROP, nothing met so far: the best centre of the block is worth a polish when it is near enough
+ * to the top. */
+static bool first_contact(btg_search *search, const btg_block *block) {
+    const btg_tool_element *e = &search->query.tool->element[0];
+    double near = FIRST_POLISH * (e->ring_radius_mm + e->corner_radius_mm), best = -INFINITY;
+    int from = -1;
+    for (int k = 0; k < 4; k++) {
+        btg_ray_hit hit;
+        if (block->radius[k] > near && block->piece[k].hu > 0.1 && block->piece[k].hv > 0.1)
+            continue;
+        if (!btg_ray_cast(&search->query, btg_block_vector(&block->centre, k), &hit)) continue;
+        if (hit.value > best) {
+            best = hit.value;
+            from = k;
+        }
     }
-    order(search, from, *top);
+    if (from < 0) return false;
+    btg_search_polish(search, place_in(&block->piece[from], 0, 0));
+    return search->found;
 }
 
-/* Out of budget: no region left has a value above the bound of its ball. */
-static void give_up(btg_search *search, size_t top) {
+/* A place where the placed tool cuts into the block, sought where it does so deepest by the bounds;
+ * false: none there. */
+static bool find_cut(const btg_search *search, const btg_block *block, const btg_block_bound *bound,
+                     btg_place *at) {
+    int best = -1;
+    double depth = -search->tolerance;
+    for (int k = 0; k < 4; k++) {
+        double least = fmin(bound->least[k], bound->distance[k]);
+        if (!(least < depth) || bound->low[k] >= -search->tolerance) continue;
+        depth = least;
+        best = k;
+    }
+    if (best < 0) return false;
+    *at = place_in(&block->piece[best], 0, 0);
+    if (bound->distance[best] < -search->tolerance) return true;
+    *at = place_in(&block->piece[best], bound->s[best], bound->t[best]);
+    btg_surface_point s;
+    btg_part_point(search->part, *at, &s);
+    const btg_tool_element *e = &search->query.tool->element[0];
+    return btg_ray_tool_distance(e, search->at, s.s).distance < -search->tolerance;
+}
+
+/* Bounds of the block's pieces for the tool as placed; where one is cut into, the place is followed
+ * and the tool placed anew. */
+static void bound_block(btg_search *search, const btg_block *block, btg_block_bound *bound) {
+    const btg_tool_element *e = &search->query.tool->element[0];
+    for (int i = 0;; i++) {
+        btg_block_bounds(block, e, &search->at, -search->tolerance, bound);
+        btg_place at;
+        if (i == POLISHES || !find_cut(search, block, bound, &at)) return;
+        double before = search->value;
+        btg_search_polish(search, at);
+        if (search->value == before) return;
+    }
+}
+
+/* Sharp tools and cylinders: pieces one at a time. */
+static void try_centres(btg_search *search, const btg_block *block) {
+    for (int k = 0; k < 4; k++)
+        try_place(search, btg_block_vector(&block->centre, k), place_in(&block->piece[k], 0, 0));
+}
+
+static void push_pieces(btg_search *search, const btg_block *block, const btg_block_bound *bound) {
+    size_t from = search->top;
+    bool tilt = search->query.op == BTG_OP_TILT;
+    for (int k = 0; k < 4; k++) {
+        btg_region region = {.node = BTG_REGION_CELL, .radius = block->radius[k]};
+        btg_cell_of_block(block, k, &region.cell);
+        if (btg_search_clear_piece(search, &region, bound, k)) continue;
+        if (tilt) btg_search_sheet_at_p(search, &region);
+        if (at_the_end(search, region.radius)) continue;
+        btg_entry *e = push(search, region.cell.centre, region.radius);
+        e->node = BTG_REGION_CELL;
+        e->piece = block->piece[k];
+        e->key = bound ? bound->low[k] : rank(search, region.cell.centre, region.radius);
+    }
+    order(search, from);
+}
+
+static void open_piece(btg_search *search, const btg_piece *piece) {
+    btg_block *block = &search->block;
+    btg_block_make(search->part, piece, block);
+    search->nodes += 3;
+    const btg_tool *tool = search->query.tool;
+    bool drop = search->query.op == BTG_OP_DROP, round = tool->element[0].corner_radius_mm > 0;
+    if (drop && !search->found) {
+        if (first_contact(search, block)) {
+            search->top = 0; /* from the start, with the tool placed */
+            push_node(search, 0);
+        } else {
+            push_pieces(search, block, NULL);
+        }
+        return;
+    }
+    if (!round || tool->element_count > 1) try_centres(search, block);
+    btg_block_bound bound;
+    if (round) bound_block(search, block, &bound);
+    push_pieces(search, block, round ? &bound : NULL);
+}
+
+/* ---- the walk ----------------------------------------------------------------------------- */
+
+/* Out of budget: no entry left has a value above the bound of its ball. */
+static void give_up(btg_search *search) {
     search->spent = true;
     search->bound = search->value;
-    for (size_t i = 0; i < top; i++) {
-        const btg_region *r = &search->stack[i];
+    for (size_t i = 0; i < search->top; i++) {
+        const btg_entry *r = &search->stack[i];
         double value;
         for (uint32_t e = 0; e < search->query.tool->element_count; e++)
-            if (btg_ray_ball_value(&search->query, e, r->cell.centre, r->radius, &value))
+            if (btg_ray_ball_value(&search->query, e, r->centre, r->radius, &value))
                 search->bound = fmax(search->bound, value);
     }
 }
 
+static void look_at(btg_search *search, const btg_entry *entry) {
+    if (entry->node == BTG_REGION_CELL && !btg_is_triangle(search->part, entry->piece.item)) {
+        open_piece(search, &entry->piece);
+        return;
+    }
+    btg_region region = {.node = entry->node, .radius = entry->radius};
+    region.cell.centre = entry->centre;
+    if (entry->node == BTG_REGION_CELL)
+        btg_cell_of_triangle(search->part, &entry->piece, &region.cell);
+    if (btg_search_clear(search, &region)) return;
+    if (entry->node == BTG_REGION_CELL)
+        open_triangle(search, &region, &entry->piece);
+    else
+        open_node(search, entry->node);
+}
+
 void btg_search_run(btg_search *search) {
-    size_t top = 0;
     bool tilt = search->query.op == BTG_OP_TILT;
     search->at = btg_ray_place(&search->query, tilt ? search->value : 0);
     search->basin_stale = true;
     if (tilt) btg_search_near_p(search);
-    push_node(search, 0, &top);
-    while (top > 0) {
+    if (search->has_start) btg_search_polish(search, search->start);
+    push_node(search, 0);
+    while (search->top > 0) {
         if (tilt && search->value >= BTG_PI) return; /* inside at any tilt */
-        if (search->nodes == search->budget) {
-            give_up(search, top);
+        if (search->nodes >= search->budget) {
+            give_up(search);
             return;
         }
-        btg_region region = search->stack[--top];
+        btg_entry entry = search->stack[--search->top];
         search->nodes++;
-        if (search->basin_stale) renew_basins(search);
-        if (btg_search_clear(search, &region)) continue;
-        if (region.node != BTG_REGION_CELL) {
-            open_node(search, region.node, &top);
-            continue;
-        }
-        try_centre(search, &region);
-        if (tilt) btg_search_sheet_at_p(search, &region);
-        /* A cell that small holds nothing its centre does not. */
-        if (region.radius <= 0.25 * search->tolerance || top + 8 > search->stack_size) continue;
-        open_cell(search, &region, &top);
+        look_at(search, &entry);
     }
     /* The best may have come from a polish that ran out of steps in a flat valley. */
     for (int i = 0; i < FINISHES && search->found && !search->osculating; i++) {

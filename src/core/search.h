@@ -13,14 +13,23 @@
 /* Sheets that meet P and whose limit there has been taken. */
 #define BTG_SHEETS_MAX 32
 
+/* What is looked at by itself: a cell, or a box of the tree. */
 typedef struct btg_region {
-    btg_cell cell; /* a cell, or, when node is not BTG_REGION_CELL, the box */
-    uint32_t node; /* box node */
+    btg_cell cell; /* of a box only its centre */
+    uint32_t node; /* the box; BTG_REGION_CELL: a cell */
     double radius;
-    double key; /* the smaller, the sooner it is looked at */
 } btg_region;
 
 #define BTG_REGION_CELL UINT32_MAX
+
+/* What waits on the stack. */
+typedef struct btg_entry {
+    double key; /* the smaller, the sooner it is looked at */
+    btg_vec3 centre;
+    double radius;   /* of the ball about centre that holds it; infinite: not known */
+    btg_piece piece; /* of a patch or triangle */
+    uint32_t node;   /* as for a region */
+} btg_entry;
 
 /* The neighbourhood of a contact, in its item's parameters, that is proven clear of an element of
  * the tool as placed (basin.c): steps up to `reach`, in mm at the contact's speeds. */
@@ -53,14 +62,17 @@ typedef struct btg_search {
     bool basin_stale;
 
     btg_place p_place; /* TILT: place of the first contact */
+    bool has_start;
+    btg_place start; /* near the answer, says the caller */
     uint32_t sheet[BTG_SHEETS_MAX];
     uint32_t sheet_count;
 
-    size_t stack_size;
-    btg_region *stack;
+    btg_block block; /* that is being looked at */
+    size_t top, stack_size;
+    btg_entry *stack;
 } btg_search;
 
-/* Regions the stack must hold for this part. */
+/* Entries the stack must hold for this part. */
 size_t btg_search_stack_size(const btg_part *part);
 
 /* Runs the search from the state set up by the caller: part, query, tolerance, stack, and for
@@ -86,7 +98,11 @@ void btg_search_sheet_at_p(btg_search *search, const btg_region *region);
 
 /* The region is clear of the tool placed at the best value by `tolerance`, and was all the way
  * there (bounds.c). */
-bool btg_search_clear(const btg_search *search, const btg_region *region);
+bool btg_search_clear(btg_search *search, const btg_region *region);
+/* The same for piece k of a block, with the bounds of its distance to the cutter; NULL where the
+ * cutter is sharp or nothing is placed yet. */
+bool btg_search_clear_piece(btg_search *search, const btg_region *region,
+                            const btg_block_bound *bound, int k);
 /* The largest n . (s - centre) over the region. */
 double btg_region_reach(const btg_search *search, const btg_region *region, btg_vec3 n);
 
@@ -94,6 +110,8 @@ double btg_region_reach(const btg_search *search, const btg_region *region, btg_
  * single cell clear of an element by the Taylor polynomial at its centre. */
 btg_basin btg_basin_make(const btg_search *search, btg_place place, uint32_t element);
 bool btg_basin_covers(const btg_search *search, const btg_basin *basin, const btg_region *region);
+/* Any of the basins of the placed tool covers it; they are made when first asked for. */
+bool btg_basins_cover(btg_search *search, const btg_region *region, uint32_t element);
 bool btg_cell_clear_to_second_order(const btg_search *search, const btg_region *region,
                                     const btg_tool_element *e);
 

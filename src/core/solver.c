@@ -19,14 +19,14 @@ btg_solver_def btg_solver_def_default(void) {
 /* ---- workspace ---------------------------------------------------------------------------- */
 
 size_t btg_workspace_size(const btg_part *part) {
-    return sizeof(btg_search) + btg_search_stack_size(part) * sizeof(btg_region);
+    return sizeof(btg_search) + btg_search_stack_size(part) * sizeof(btg_entry);
 }
 
 static btg_search *open_search(const btg_part *part, const btg_solver_def *solver,
                                void *workspace) {
     btg_search *search = workspace;
     *search = (btg_search){.part = part};
-    search->stack = (btg_region *)(search + 1);
+    search->stack = (btg_entry *)(search + 1);
     search->stack_size = btg_search_stack_size(part);
     search->budget = solver->node_budget;
     search->tolerance = fmax(SEARCH_SHARE * solver->tolerance_mm, CLEARANCE_MIN * part->scale);
@@ -69,11 +69,13 @@ btg_status btg_drop(const btg_part *part, const btg_tool *tool, const btg_solver
                     btg_drop_result *result) {
     if (!part || !tool || !query || !workspace || !result || !solver ||
         btg_check_solver(solver, NULL) || workspace_size < btg_workspace_size(part) ||
-        !btg_check_drop(query))
+        !btg_check_drop(query, &part->info))
         return BTG_ERROR_ARGUMENT;
     btg_search *search = open_search(part, solver, workspace);
     search->query = btg_ray_query_drop(tool, query);
     search->value = -INFINITY;
+    search->has_start = query->has_start;
+    search->start = query->start;
     btg_search_run(search);
     btg_drop_result r = {.status = BTG_NO_CONTACT, .nodes = search->nodes};
     r.bound_mm = search->tolerance;
@@ -110,6 +112,8 @@ btg_status btg_tilt(const btg_part *part, const btg_tool *tool, const btg_solver
     search->query = btg_ray_query_tilt(tool, query);
     search->value = -query->max_tilt_rad;
     search->p_place = query->p.place;
+    search->has_start = query->has_start;
+    search->start = query->start;
     btg_search_run(search);
     if (start_gouges(search, solver->tolerance_mm)) return BTG_ERROR_GOUGE;
     btg_tilt_result r = {.status = BTG_SINGLE_CONTACT, .nodes = search->nodes};

@@ -1,5 +1,4 @@
-/* Bezier patches: evaluation with first and second derivatives, subdivision, and the bound of a
- * sub-patch by its tangent plane and second derivatives.
+/* Bezier nets: points, power forms, subdivision, and bounds of third derivatives.
  *
  * Bounds use the convex-hull property: a Bezier form lies within its control points, and its
  * derivatives are Bezier forms of differences (G. Farin, "Curves and Surfaces for CAGD", 2002,
@@ -19,87 +18,8 @@ static inline void raise_degree(double b[BTG_ORDER_MAX], int k, double t) {
     b[0] *= s;
 }
 
-/* Bernstein polynomials of degree n at t and their first two derivatives, which are differences
- * of those of degrees n - 1 and n - 2. */
-static inline void bernstein(int n, double t, double b[3][BTG_ORDER_MAX]) {
-    double *q = b[0];
-    q[0] = 1;
-    for (int k = 1; k <= n - 2; k++)
-        raise_degree(q, k, t);
-    double f = (double)n * (n - 1);
-    for (int i = 0; i <= n; i++) {
-        double low = i <= n - 2 ? q[i] : 0, mid = i >= 1 && i <= n - 1 ? q[i - 1] : 0;
-        b[2][i] = n < 2 ? 0 : f * (low - 2 * mid + (i >= 2 ? q[i - 2] : 0));
-    }
-    if (n >= 2) raise_degree(q, n - 1, t);
-    for (int i = 0; i <= n; i++)
-        b[1][i] = n * ((i >= 1 ? q[i - 1] : 0) - (i <= n - 1 ? q[i] : 0));
-    raise_degree(q, n, t);
-}
-
-/* The homogeneous form and its derivatives: value, u, v, uu, uv, vv. Four numbers a point keep
- * the inner loops in vector registers. */
-static inline void evaluate(const double *restrict net, int n, int m, double u, double v,
-                            double out[restrict 6][4]) {
-    double bu[3][BTG_ORDER_MAX], bv[3][BTG_ORDER_MAX];
-    bernstein(n, u, bu);
-    bernstein(m, v, bv);
-    memset(out, 0, 6 * sizeof *out);
-    for (int i = 0; i <= n; i++) {
-        double r0[4] = {0}, r1[4] = {0}, r2[4] = {0};
-        for (int j = 0; j <= m; j++) {
-            const double *p = net + 4 * (i * (m + 1) + j);
-            for (int c = 0; c < 4; c++)
-                r0[c] += bv[0][j] * p[c];
-            for (int c = 0; c < 4; c++)
-                r1[c] += bv[1][j] * p[c];
-            for (int c = 0; c < 4; c++)
-                r2[c] += bv[2][j] * p[c];
-        }
-        for (int c = 0; c < 4; c++)
-            out[0][c] += bu[0][i] * r0[c];
-        for (int c = 0; c < 4; c++)
-            out[1][c] += bu[1][i] * r0[c];
-        for (int c = 0; c < 4; c++)
-            out[2][c] += bu[0][i] * r1[c];
-        for (int c = 0; c < 4; c++)
-            out[3][c] += bu[2][i] * r0[c];
-        for (int c = 0; c < 4; c++)
-            out[4][c] += bu[1][i] * r1[c];
-        for (int c = 0; c < 4; c++)
-            out[5][c] += bu[0][i] * r2[c];
-    }
-}
-
 static btg_vec3 head(const double h[4]) {
     return vec(h[0], h[1], h[2]);
-}
-
-/* N/W and its derivatives from those of N and W. */
-static void quotient(double h[6][4], btg_surface_point *out) {
-    double k = 1 / h[0][3], wu = h[1][3], wv = h[2][3];
-    out->s = vec_scale(head(h[0]), k);
-    out->su = vec_scale(vec_mad(head(h[1]), out->s, -wu), k);
-    out->sv = vec_scale(vec_mad(head(h[2]), out->s, -wv), k);
-    btg_vec3 uu = vec_mad(vec_mad(head(h[3]), out->su, -2 * wu), out->s, -h[3][3]);
-    btg_vec3 uv = vec_mad(vec_mad(head(h[4]), out->su, -wv), out->sv, -wu);
-    btg_vec3 vv = vec_mad(vec_mad(head(h[5]), out->sv, -2 * wv), out->s, -h[5][3]);
-    out->suu = vec_scale(uu, k);
-    out->suv = vec_scale(vec_mad(uv, out->s, -h[4][3]), k);
-    out->svv = vec_scale(vv, k);
-}
-
-void btg_patch_evaluate(const btg_patch *patch, double u, double v, btg_surface_point *point) {
-    double h[6][4];
-    if (patch->degree_u == 3 && patch->degree_v == 3)
-        evaluate(patch->coefficients, 3, 3, u, v, h); /* known lengths unroll */
-    else
-        evaluate(patch->coefficients, patch->degree_u, patch->degree_v, u, v, h);
-    if (patch->rational)
-        quotient(h, point);
-    else
-        *point = (btg_surface_point){head(h[0]), head(h[1]), head(h[2]),
-                                     head(h[3]), head(h[4]), head(h[5])};
 }
 
 btg_vec3 btg_patch_point(const btg_patch *patch, double u, double v) {
@@ -117,6 +37,61 @@ btg_vec3 btg_patch_point(const btg_patch *patch, double u, double v) {
                 sum[c] += b * p[c];
         }
     return patch->rational ? vec_scale(head(sum), 1 / sum[3]) : head(sum);
+}
+
+/* ---- power form --------------------------------------------------------------------------- */
+
+static double binomial_of(int n, int k) {
+    double c = 1;
+    for (int i = 0; i < k; i++)
+        c = c * (n - i) / (i + 1);
+    return k < 0 || k > n ? 0 : c;
+}
+
+/* From a Bezier form of degree n to the polynomial about 1/2: coefficient k = sum over i of
+ * to[k][i] b_i. Exact: small integers over powers of two. */
+static void power_matrix(int n, double to[BTG_ORDER_MAX][BTG_ORDER_MAX]) {
+    for (int k = 0; k <= n; k++)
+        for (int i = 0; i <= n; i++) {
+            double sum = 0;
+            for (int r = 0; r <= k; r++) {
+                double term = binomial_of(k, r) * binomial_of(n - k, i - r);
+                sum += (k - r) % 2 ? -term : term;
+            }
+            to[k][i] = ldexp(binomial_of(n, k) * sum, k - n);
+        }
+}
+
+double btg_net_power(const btg_net *net, btg_vec3 origin, double *power) {
+    int n = net->degree_u, m = net->degree_v;
+    double to_u[BTG_ORDER_MAX][BTG_ORDER_MAX], to_v[BTG_ORDER_MAX][BTG_ORDER_MAX];
+    double part[BTG_NET_MAX], size[4] = {0}, w_min = INFINITY;
+    power_matrix(n, to_u);
+    power_matrix(m, to_v);
+    const double shift[4] = {origin.x, origin.y, origin.z, 0};
+    for (int i = 0; i <= n; i++)
+        for (int l = 0; l <= m; l++)
+            for (int c = 0; c < 4; c++) {
+                double sum = 0;
+                for (int j = 0; j <= m; j++) {
+                    const double *p = net->point + 4 * (i * (m + 1) + j);
+                    sum += to_v[l][j] * (p[c] - p[3] * shift[c]);
+                    w_min = fmin(w_min, p[3]);
+                }
+                part[4 * (i * (m + 1) + l) + c] = sum;
+            }
+    for (int k = 0; k <= n; k++)
+        for (int l = 0; l <= m; l++)
+            for (int c = 0; c < 4; c++) {
+                double sum = 0;
+                for (int i = 0; i <= n; i++)
+                    sum += to_u[k][i] * part[4 * (i * (m + 1) + l) + c];
+                power[4 * (k * (m + 1) + l) + c] = sum;
+                size[c] += ldexp(fabs(sum), -k - l);
+            }
+    /* Horner's scheme rounds n + m times, each at most the size of the terms. */
+    double reach = (size[0] + size[1] + size[2]) / w_min, far = vec_norm(origin);
+    return 0x1p-52 * ((n + m + 8) * reach * (1 + size[3] / w_min) + 2 * (far + reach));
 }
 
 /* ---- subdivision -------------------------------------------------------------------------- */
@@ -236,39 +211,6 @@ static void quotient_bounds(const net_bounds *b, int order, double s[4][4]) {
                         total += binomial[i][k] * binomial[j][l] * b->w[i - k][j - l] * s[k][l];
             s[i][j] = total / b->w_min * over;
         }
-}
-
-static float round_up(double x) {
-    float f = (float)x;
-    return f < x ? nextafterf(f, INFINITY) : f;
-}
-
-static void to_float(btg_vec3 a, float out[3]) {
-    out[0] = (float)a.x;
-    out[1] = (float)a.y;
-    out[2] = (float)a.z;
-}
-
-void btg_net_tile(const btg_net *net, double scale, btg_tile *tile) {
-    btg_patch patch = {.coefficients = net->point, .rational = true};
-    patch.degree_u = (uint8_t)net->degree_u;
-    patch.degree_v = (uint8_t)net->degree_v;
-    btg_surface_point mid;
-    btg_patch_evaluate(&patch, 0.5, 0.5, &mid);
-    btg_vec3 a = vec_scale(mid.su, 0.5), b = vec_scale(mid.sv, 0.5);
-    tile->centre = mid.s;
-    to_float(a, tile->a);
-    to_float(b, tile->b);
-    net_bounds bounds;
-    double s[4][4];
-    measure(net, mid.s, 2, &bounds);
-    quotient_bounds(&bounds, 2, s);
-    /* a and b as floats are off by half a unit in the last place; points by a few of `scale`. */
-    double slack = 6e-8 * (vec_norm(a) + vec_norm(b)) + 1e-14 * scale;
-    tile->bend_uu = round_up(s[2][0] / 8 + slack);
-    tile->bend_uv = round_up(s[1][1] / 4 + slack);
-    tile->bend_vv = round_up(s[0][2] / 8 + slack);
-    tile->child = 0;
 }
 
 void btg_net_third(const btg_net *net, double third[4]) {

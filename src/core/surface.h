@@ -1,5 +1,5 @@
-/* Bezier patches: evaluation, cutting B-splines and NURBS into patches, sub-patches. Internal;
- * set-up only, but for the evaluation. */
+/* Bezier nets: cutting B-splines and NURBS into patches, power forms, sub-patches. Internal; set-up
+ * only. */
 #ifndef BTG_CORE_SURFACE_H
 #define BTG_CORE_SURFACE_H
 
@@ -32,7 +32,8 @@ void btg_net_split(const btg_net *net, bool along_u, btg_net *low, btg_net *high
 /* Raises `third` to the bounds of |Suuu|, |Suuv|, |Suvv|, |Svvv| over a net. */
 void btg_net_third(const btg_net *net, double third[4]);
 
-/* The tile of a net (part.h); rounding errors are added for coordinates up to `scale`. */
-void btg_net_tile(const btg_net *net, double scale, btg_tile *tile);
+/* The polynomial of W (S - origin) in u - 1/2, v - 1/2: as many points as the net has. Returns the
+ * largest rounding error of a point evaluated with it, mm. */
+double btg_net_power(const btg_net *net, btg_vec3 origin, double *power);
 
 #endif

@@ -1,102 +1,112 @@
-/* Search trees: binary trees of tiles inside each patch, and one binary tree of boxes over all
- * patches and triangles, split at the median so that its depth is bounded. */
+/* Search trees: what bounds the pieces of each patch, and one binary tree of boxes over all patches
+ * and triangles, split at the median so that its depth is bounded. */
 #include "core/tree.h"
-#include "core/cell.h"
+#include "core/block.h"
 
 #include <string.h>
 
-/* Stored tiles end where they are this flat (bend over size): there a made one costs no more to
- * test and a deeper tree only leaves the cache. */
-#define TILE_FLATNESS 0.008
-/* Bounds for patches that are never flat, at a collapsed edge for one: levels stored at the most,
- * and the smallest tile as a part of the patch. What is still bent is cut further on the way. */
-#define TILE_DEPTH_MAX 12
-#define TILE_SMALLEST  0.004
+/* Pieces are stored while their third-order error is more than this part of their size and cutting
+ * them tells more than that it falls with the cube; but not for ever where it never gets small, at
+ * a collapsed edge for one. */
+#define SMALL_ERROR    0.002
+#define TELLS_MORE     0.7
+#define QUARTERS_DEPTH 6
 #define ITEMS_A_LEAF   4
 
-/* ---- tiles -------------------------------------------------------------------------------- */
+/* ---- quarters ----------------------------------------------------------------------------- */
 
-static btg_status reserve(const btg_allocator *allocator, btg_tile_list *list, uint32_t extra) {
-    if (list->capacity - list->count >= extra) return BTG_OK;
-    if (list->count > BTG_TILE_CHILD / 2) return BTG_ERROR_MEMORY;
-    uint32_t capacity = list->capacity < 512 ? 1024 : 2 * list->capacity;
-    btg_tile *tiles = btg_allocate(allocator, capacity, sizeof *tiles);
-    if (!tiles) return BTG_ERROR_MEMORY;
-    if (list->count) memcpy(tiles, list->tiles, list->count * sizeof *tiles);
-    btg_release(allocator, list->tiles);
-    list->tiles = tiles;
+static btg_status reserve(const btg_allocator *allocator, btg_quarters_list *list) {
+    if (list->count < list->capacity) return BTG_OK;
+    if (list->count > UINT32_MAX / 4) return BTG_ERROR_MEMORY;
+    uint32_t capacity = list->capacity < 64 ? 128 : 2 * list->capacity;
+    btg_quarters *at = btg_allocate(allocator, capacity, sizeof *at);
+    if (!at) return BTG_ERROR_MEMORY;
+    if (list->at) memcpy(at, list->at, list->count * sizeof *at);
+    btg_release(allocator, list->at);
+    list->at = at;
     list->capacity = capacity;
     return BTG_OK;
 }
 
-static double float_norm(const float a[3]) {
-    return sqrt((double)a[0] * a[0] + (double)a[1] * a[1] + (double)a[2] * a[2]);
+static float round_up(double x) {
+    float f = (float)x;
+    return f < x ? nextafterf(f, INFINITY) : f;
 }
 
-typedef struct tile_build {
-    const btg_allocator *allocator;
-    double scale;
-    double smallest; /* tile, mm */
-    btg_tile_list *list;
-    uint32_t depth; /* reached */
-    double *third;  /* of the patch (part.h) */
-} tile_build;
-
-/* A leaf's third derivatives, in the patch's parameters: halved `in_u` and `in_v` times. */
-static void add_third(const btg_net *net, int in_u, int in_v, double third[4]) {
-    double local[4] = {0, 0, 0, 0};
-    btg_net_third(net, local);
-    for (int k = 0; k < 4; k++)
-        third[k] = fmax(third[k], ldexp(local[k], (3 - k) * in_u + k * in_v));
-}
-
-static double tile_size(const btg_tile *t) {
-    double a = float_norm(t->a), b = float_norm(t->b);
-    return (a > b ? a : b) + t->bend_uu + t->bend_uv + t->bend_vv;
-}
-
-/* The side whose halving takes more off the bend; none when the tile is flat or small enough. */
-static bool want_split(const btg_tile *t, double smallest, bool *along_u) {
-    double a = float_norm(t->a), b = float_norm(t->b), size = a > b ? a : b;
-    double total = (double)t->bend_uu + t->bend_uv + t->bend_vv;
-    *along_u = t->bend_uu > t->bend_vv || (t->bend_uu == t->bend_vv && a >= b);
-    return total > TILE_FLATNESS * size && size + total > smallest;
-}
-
-static btg_status grow(tile_build *build, const btg_net *net, uint32_t at, int in_u, int in_v) {
-    bool along_u;
-    uint32_t level = (uint32_t)(in_u + in_v);
-    if (level > build->depth) build->depth = level;
-    if (level >= TILE_DEPTH_MAX ||
-        !want_split(&build->list->tiles[at], build->smallest, &along_u)) {
-        add_third(net, in_u, in_v, build->third);
-        return BTG_OK;
+static void quarter_nets(const btg_net *net, btg_cut cut, btg_net quarter[4]) {
+    if (cut == BTG_CUT_BOTH) {
+        btg_net low, high; /* in v, then in u: piece 1 is the one at high u and low v */
+        btg_net_split(net, false, &low, &high);
+        btg_net_split(&low, true, &quarter[0], &quarter[1]);
+        btg_net_split(&high, true, &quarter[2], &quarter[3]);
+        return;
     }
-    btg_status status = reserve(build->allocator, build->list, 2);
+    btg_net low, high;
+    btg_net_split(net, cut == BTG_CUT_U, &low, &high);
+    btg_net_split(&low, cut == BTG_CUT_U, &quarter[0], &quarter[1]);
+    btg_net_split(&high, cut == BTG_CUT_U, &quarter[2], &quarter[3]);
+}
+
+static double error_of(const double third[4]) {
+    return (third[0] + 3 * (third[1] + third[2]) + third[3]) / 6;
+}
+
+typedef struct quarters_build {
+    const btg_part *part;
+    btg_quarters_list *list;
+    uint32_t depth; /* reached */
+} quarters_build;
+
+/* Stores the quarters of a piece where they tell more than the piece does; *at is 0 where they do
+ * not. */
+static btg_status grow(quarters_build *build, const btg_net *net, const btg_piece *piece,
+                       uint32_t level, uint32_t *at) {
+    btg_block block;
+    *at = 0;
+    if (level >= QUARTERS_DEPTH) return BTG_OK;
+    btg_block_make(build->part, piece, &block);
+    btg_net quarter[4];
+    quarter_nets(net, piece->cut, quarter);
+    bool wanted = false;
+    for (int k = 0; k < 4; k++) {
+        double before = error_of(block.piece[k].third), third[4] = {0, 0, 0, 0};
+        btg_net_third(&quarter[k], third);
+        for (int i = 0; i < 4; i++) {
+            third[i] *= 0.125;
+            if (third[i] < block.piece[k].third[i]) block.piece[k].third[i] = third[i];
+        }
+        double after = error_of(block.piece[k].third);
+        wanted |= before > SMALL_ERROR * block.radius[k] && after < TELLS_MORE * before;
+    }
+    if (!wanted) return BTG_OK;
+    btg_status status = reserve(&build->part->allocator, build->list);
     if (status) return status;
-    uint32_t child = build->list->count;
-    build->list->count += 2;
-    btg_net half[2];
-    btg_net_split(net, along_u, &half[0], &half[1]);
-    for (int i = 0; i < 2; i++)
-        btg_net_tile(&half[i], build->scale, &build->list->tiles[child + (uint32_t)i]);
-    build->list->tiles[at].child = child | (along_u ? 0 : BTG_TILE_SPLIT_V);
-    for (int i = 0; i < 2 && !status; i++)
-        status = grow(build, &half[i], child + (uint32_t)i, in_u + along_u, in_v + !along_u);
+    *at = build->list->count++;
+    if (level + 1 > build->depth) build->depth = level + 1;
+    for (int k = 0; k < 4 && !status; k++) {
+        uint32_t child;
+        status = grow(build, &quarter[k], &block.piece[k], level + 1, &child);
+        btg_quarters *q = &build->list->at[*at];
+        q->child[k] = child;
+        q->cut[k] = (uint8_t)block.piece[k].cut;
+        for (int i = 0; i < 4; i++)
+            q->third[i][k] = round_up(block.piece[k].third[i]);
+    }
     return status;
 }
 
-btg_status btg_tree_add_patch(const btg_allocator *allocator, const btg_net *net, double scale,
-                              btg_tile_list *list, uint32_t *root, uint32_t *depth,
-                              double third[4]) {
-    /* Child 0 means leaf, so tile 0 is never a child: the first patch's root. */
-    btg_status status = reserve(allocator, list, 1);
-    if (status) return status;
-    *root = list->count++;
-    btg_net_tile(net, scale, &list->tiles[*root]);
-    double smallest = TILE_SMALLEST * tile_size(&list->tiles[*root]);
-    tile_build build = {allocator, scale, smallest, list, *depth, third};
-    status = grow(&build, net, *root, 0, 0);
+btg_status btg_tree_add_patch(const btg_part *part, const btg_net *net, uint32_t index,
+                              btg_quarters_list *list, uint32_t *depth) {
+    btg_patch *patch = &part->patches[index];
+    if (list->count == 0) list->count = 1; /* 0 means none */
+    btg_net_third(net, patch->third);
+    btg_piece root;
+    btg_piece_root(part, index, &root);
+    root.cut = btg_piece_cut(part, &root);
+    patch->cut = (uint8_t)root.cut;
+    quarters_build build = {part, list, *depth};
+    btg_status status = reserve(&part->allocator, list);
+    if (!status) status = grow(&build, net, &root, 0, &patch->quarter);
     *depth = build.depth;
     return status;
 }

@@ -5,16 +5,15 @@
 #include "core/surface.h"
 
 /* An array that grows through the part's allocator. */
-typedef struct btg_tile_list {
-    btg_tile *tiles;
+typedef struct btg_quarters_list {
+    btg_quarters *at;
     uint32_t count, capacity;
-} btg_tile_list;
+} btg_quarters_list;
 
-/* The tree of one patch's tiles, down to pieces flat enough to hold in memory. Returns the root
- * in *root, raises *depth to its height and `third` to the patch's bounds (part.h). */
-btg_status btg_tree_add_patch(const btg_allocator *allocator, const btg_net *net, double scale,
-                              btg_tile_list *list, uint32_t *root, uint32_t *depth,
-                              double third[4]);
+/* Bounds of a patch's third derivatives and the stored quarters of it. The part's patch `index`
+ * must evaluate already. Raises *depth to the levels stored. */
+btg_status btg_tree_add_patch(const btg_part *part, const btg_net *net, uint32_t index,
+                              btg_quarters_list *list, uint32_t *depth);
 
 /* The tree of boxes over all items of a part whose patches, tiles and triangles are in place. */
 btg_status btg_tree_build_boxes(btg_part *part);

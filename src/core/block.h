@@ -1,0 +1,53 @@
+/* Four pieces of a patch side by side, and bounds of their distance to a tool. Internal. */
+#ifndef BTG_CORE_BLOCK_H
+#define BTG_CORE_BLOCK_H
+
+#include "core/ray.h"
+#include "core/part.h"
+
+/* A piece of a patch: parameters u +- hu, v +- hv. */
+typedef struct btg_piece {
+    double u, v, hu, hv;
+    double third[4];   /* bounds of its third derivatives, in units of half sides (part.h) */
+    uint32_t item;     /* patch */
+    uint32_t quarters; /* stored; 0: none */
+    btg_cut cut;       /* how it is cut */
+} btg_piece;
+
+/* The four quarters of a piece: piece k is
+ *     centre + a s + b t + (uu s^2 + 2 uv s t + vv t^2) / 2,    |s|, |t| <= 1,
+ * up to error[k]; without the last term, up to bend[k]. */
+typedef struct btg_block {
+    lanes3_memory centre, a, b, uu, uv, vv;
+    double error[4], bend[4], radius[4]; /* radius of a ball about the centre that holds it */
+    btg_piece piece[4];
+} btg_block;
+
+/* Distances of a block's pieces to a round element as placed. */
+typedef struct btg_block_bound {
+    double distance[4]; /* of the centre */
+    double height[4];   /* of the centre above the element's ring, along the axis */
+    double low[4];      /* no point of the piece is nearer than that */
+    double least[4];    /* it comes about as near as that, and where: */
+    double s[4], t[4];
+} btg_block_bound;
+
+/* The patch as one piece. */
+void btg_piece_root(const btg_part *part, uint32_t item, btg_piece *piece);
+
+/* How a piece is best cut: across its longer side, bend included. */
+btg_cut btg_piece_cut(const btg_part *part, const btg_piece *piece);
+
+/* Cuts a piece into four. */
+void btg_block_make(const btg_part *part, const btg_piece *piece, btg_block *block);
+
+/* Bounds for an element with a round corner. Where no piece's ball comes nearer than `enough`,
+ * low is the balls' alone and least the centres'. */
+void btg_block_bounds(const btg_block *block, const btg_tool_element *element,
+                      const btg_placement *placement, double enough, btg_block_bound *bound);
+
+static inline btg_vec3 btg_block_vector(const lanes3_memory *a, int k) {
+    return vec(a->x[k], a->y[k], a->z[k]);
+}
+
+#endif

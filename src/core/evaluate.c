@@ -1,0 +1,135 @@
+/* Points and derivatives of patches, one place at a time or four.
+ *
+ * A patch is held as a polynomial about the middle of its domain and of its net, so rounding errors
+ * are those of its own size, and Horner's scheme gives value and derivatives together. */
+#include "core/part.h"
+
+#if defined(__GNUC__)
+#define ALWAYS_INLINE inline __attribute__((always_inline))
+#else
+#define ALWAYS_INLINE inline
+#endif
+
+/* Value, u, v, uu, uv, vv. */
+typedef struct form {
+    lanes d[6];
+} form;
+
+/* One coefficient: its four coordinates (coordinate < 0), or one of them four times. */
+static ALWAYS_INLINE lanes coefficient(const double *power, int at, int coordinate) {
+    return coordinate < 0 ? lanes_load(power + 4 * at) : lanes_all(power[4 * at + coordinate]);
+}
+
+/* Value and derivatives of one row's polynomial in t; half the second derivative. */
+static ALWAYS_INLINE void row(const double *power, int first, int m, int coordinate, lanes t,
+                              lanes out[3]) {
+    lanes p = coefficient(power, first + m, coordinate), d = p, e = lanes_all(0);
+    for (int j = m - 1; j >= 0; j--) {
+        if (j < m - 1) {
+            e = j < m - 2 ? lanes_mad(d, e, t) : d;
+            d = lanes_mad(p, d, t);
+        }
+        p = lanes_mad(coefficient(power, first + j, coordinate), p, t);
+    }
+    out[0] = p;
+    out[1] = d;
+    out[2] = e;
+}
+
+static ALWAYS_INLINE form horner(const double *power, int n, int m, int coordinate, lanes s,
+                                 lanes t) {
+    lanes r[3], zero = lanes_all(0);
+    row(power, n * (m + 1), m, coordinate, t, r);
+    lanes p = r[0], pu = r[0], puu = zero, v = r[1], vu = r[1], w = r[2];
+    for (int i = n - 1; i >= 0; i--) {
+        row(power, i * (m + 1), m, coordinate, t, r);
+        if (i < n - 1) {
+            puu = i < n - 2 ? lanes_mad(pu, puu, s) : pu;
+            pu = lanes_mad(p, pu, s);
+            vu = lanes_mad(v, vu, s);
+        }
+        p = lanes_mad(r[0], p, s);
+        v = lanes_mad(r[1], v, s);
+        w = lanes_mad(r[2], w, s);
+    }
+    return (form){{p, pu, v, lanes_add(puu, puu), vu, lanes_add(w, w)}};
+}
+
+/* Known degrees unroll. */
+static ALWAYS_INLINE form evaluate(const btg_patch *patch, int coordinate, lanes s, lanes t) {
+    if (patch->degree_u == 3 && patch->degree_v == 3)
+        return horner(patch->power, 3, 3, coordinate, s, t);
+    return horner(patch->power, patch->degree_u, patch->degree_v, coordinate, s, t);
+}
+
+/* ---- one place ---------------------------------------------------------------------------- */
+
+static btg_vec3 head(const double h[4]) {
+    return vec(h[0], h[1], h[2]);
+}
+
+/* N/W and its derivatives from those of N and W. */
+static void quotient(double h[6][4], btg_surface_point *out) {
+    double k = 1 / h[0][3], wu = h[1][3], wv = h[2][3];
+    out->s = vec_scale(head(h[0]), k);
+    out->su = vec_scale(vec_mad(head(h[1]), out->s, -wu), k);
+    out->sv = vec_scale(vec_mad(head(h[2]), out->s, -wv), k);
+    btg_vec3 uu = vec_mad(vec_mad(head(h[3]), out->su, -2 * wu), out->s, -h[3][3]);
+    btg_vec3 uv = vec_mad(vec_mad(head(h[4]), out->su, -wv), out->sv, -wu);
+    btg_vec3 vv = vec_mad(vec_mad(head(h[5]), out->sv, -2 * wv), out->s, -h[5][3]);
+    out->suu = vec_scale(uu, k);
+    out->suv = vec_scale(vec_mad(uv, out->s, -h[4][3]), k);
+    out->svv = vec_scale(vv, k);
+}
+
+void btg_patch_evaluate(const btg_patch *patch, double u, double v, btg_surface_point *point) {
+    double h[6][4];
+    form f = evaluate(patch, -1, lanes_all(u - 0.5), lanes_all(v - 0.5));
+    for (int k = 0; k < 6; k++)
+        lanes_store(h[k], f.d[k]);
+    if (patch->rational)
+        quotient(h, point);
+    else
+        *point = (btg_surface_point){head(h[0]), head(h[1]), head(h[2]),
+                                     head(h[3]), head(h[4]), head(h[5])};
+    point->s = vec_add(point->s, patch->origin);
+}
+
+/* ---- four places -------------------------------------------------------------------------- */
+
+/* One coordinate of N/W and its derivatives. */
+static form divide(const form *n, const form *w) {
+    lanes k = lanes_div(lanes_all(1), w->d[0]), two = lanes_all(2);
+    form q;
+    q.d[0] = lanes_mul(n->d[0], k);
+    q.d[1] = lanes_mul(lanes_sub(n->d[1], lanes_mul(q.d[0], w->d[1])), k);
+    q.d[2] = lanes_mul(lanes_sub(n->d[2], lanes_mul(q.d[0], w->d[2])), k);
+    lanes uu = lanes_sub(n->d[3], lanes_mul(two, lanes_mul(q.d[1], w->d[1])));
+    lanes uv = lanes_sub(n->d[4], lanes_mul(q.d[1], w->d[2]));
+    uv = lanes_sub(uv, lanes_mul(q.d[2], w->d[1]));
+    lanes vv = lanes_sub(n->d[5], lanes_mul(two, lanes_mul(q.d[2], w->d[2])));
+    q.d[3] = lanes_mul(lanes_sub(uu, lanes_mul(q.d[0], w->d[3])), k);
+    q.d[4] = lanes_mul(lanes_sub(uv, lanes_mul(q.d[0], w->d[4])), k);
+    q.d[5] = lanes_mul(lanes_sub(vv, lanes_mul(q.d[0], w->d[5])), k);
+    return q;
+}
+
+void btg_patch_evaluate_four(const btg_patch *patch, const double u[4], const double v[4],
+                             btg_surface_four *out) {
+    lanes half = lanes_all(0.5), s = lanes_sub(lanes_load(u), half);
+    lanes t = lanes_sub(lanes_load(v), half);
+    form w, x = evaluate(patch, 0, s, t), y = evaluate(patch, 1, s, t);
+    form z = evaluate(patch, 2, s, t);
+    if (patch->rational) {
+        w = evaluate(patch, 3, s, t);
+        x = divide(&x, &w);
+        y = divide(&y, &w);
+        z = divide(&z, &w);
+    }
+    x.d[0] = lanes_add(x.d[0], lanes_all(patch->origin.x));
+    y.d[0] = lanes_add(y.d[0], lanes_all(patch->origin.y));
+    z.d[0] = lanes_add(z.d[0], lanes_all(patch->origin.z));
+    lanes3_memory *const to[6] = {&out->s, &out->su, &out->sv, &out->suu, &out->suv, &out->svv};
+    for (int k = 0; k < 6; k++)
+        lanes3_store(to[k], (lanes3){x.d[k], y.d[k], z.d[k]});
+}

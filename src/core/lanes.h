@@ -1,0 +1,177 @@
+/* Four doubles side by side: the same arithmetic, operation by operation, whatever the processor.
+ * Vectors where the compiler knows them (32 bytes with AVX, else pairs of 16 bytes), plain C
+ * elsewhere or where BTG_PLAIN_C asks for it. No operation fuses or reorders: all give the same
+ * bits. Internal. */
+#ifndef BTG_CORE_LANES_H
+#define BTG_CORE_LANES_H
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#define BTG_LANES 4
+
+#if defined(__GNUC__) && defined(__AVX__) && !defined(BTG_PLAIN_C)
+#include <immintrin.h>
+
+typedef __m256d lanes;
+#define LANES_UNARY(name, a, expression)                                                           \
+    static inline lanes name(lanes a) {                                                            \
+        return expression;                                                                         \
+    }
+#define LANES_BINARY(name, a, b, expression)                                                       \
+    static inline lanes name(lanes a, lanes b) {                                                   \
+        return expression;                                                                         \
+    }
+static inline lanes lanes_load(const double p[4]) {
+    return _mm256_loadu_pd(p);
+}
+static inline void lanes_store(double p[4], lanes a) {
+    _mm256_storeu_pd(p, a);
+}
+static inline lanes lanes_all(double x) {
+    return _mm256_set1_pd(x);
+}
+LANES_BINARY(lanes_add, a, b, a + b)
+LANES_BINARY(lanes_sub, a, b, a - b)
+LANES_BINARY(lanes_mul, a, b, a *b)
+LANES_BINARY(lanes_div, a, b, a / b)
+LANES_UNARY(lanes_sqrt, a, _mm256_sqrt_pd(a))
+LANES_UNARY(lanes_abs, a, _mm256_andnot_pd(_mm256_set1_pd(-0.0), a))
+LANES_BINARY(lanes_min, a, b, _mm256_min_pd(a, b)) /* a < b ? a : b */
+LANES_BINARY(lanes_max, a, b, _mm256_max_pd(a, b)) /* a > b ? a : b */
+/* a < b ? x : y */
+static inline lanes lanes_if_less(lanes a, lanes b, lanes x, lanes y) {
+    return _mm256_blendv_pd(y, x, _mm256_cmp_pd(a, b, _CMP_LT_OQ));
+}
+
+#elif defined(__GNUC__) && !defined(BTG_PLAIN_C)
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+typedef double lanes_pair __attribute__((vector_size(16)));
+typedef int64_t lanes_mask __attribute__((vector_size(16)));
+typedef struct lanes {
+    lanes_pair low, high;
+} lanes;
+#define LANES_UNARY(name, a, expression)                                                           \
+    static inline lanes_pair name##_pair(lanes_pair a) {                                           \
+        return expression;                                                                         \
+    }                                                                                              \
+    static inline lanes name(lanes a) {                                                            \
+        return (lanes){name##_pair(a.low), name##_pair(a.high)};                                   \
+    }
+#define LANES_BINARY(name, a, b, expression)                                                       \
+    static inline lanes_pair name##_pair(lanes_pair a, lanes_pair b) {                             \
+        return expression;                                                                         \
+    }                                                                                              \
+    static inline lanes name(lanes a, lanes b) {                                                   \
+        return (lanes){name##_pair(a.low, b.low), name##_pair(a.high, b.high)};                    \
+    }
+static inline lanes lanes_load(const double p[4]) {
+    lanes a;
+    memcpy(&a, p, sizeof a);
+    return a;
+}
+static inline void lanes_store(double p[4], lanes a) {
+    memcpy(p, &a, sizeof a);
+}
+static inline lanes lanes_all(double x) {
+    return (lanes){{x, x}, {x, x}};
+}
+static inline lanes_pair lanes_pair_choose(lanes_mask m, lanes_pair x, lanes_pair y) {
+    return (lanes_pair)((m & (lanes_mask)x) | (~m & (lanes_mask)y));
+}
+static inline lanes_pair lanes_pair_sqrt(lanes_pair a) {
+#ifdef __SSE2__
+    return (lanes_pair)_mm_sqrt_pd((__m128d)a);
+#else
+    return (lanes_pair){sqrt(a[0]), sqrt(a[1])};
+#endif
+}
+LANES_BINARY(lanes_add, a, b, a + b)
+LANES_BINARY(lanes_sub, a, b, a - b)
+LANES_BINARY(lanes_mul, a, b, a *b)
+LANES_BINARY(lanes_div, a, b, a / b)
+LANES_UNARY(lanes_sqrt, a, lanes_pair_sqrt(a))
+LANES_UNARY(lanes_abs, a, (lanes_pair)((lanes_mask)a &INT64_MAX))
+LANES_BINARY(lanes_min, a, b, lanes_pair_choose(a < b, a, b))
+LANES_BINARY(lanes_max, a, b, lanes_pair_choose(a > b, a, b))
+static inline lanes lanes_if_less(lanes a, lanes b, lanes x, lanes y) {
+    return (lanes){lanes_pair_choose(a.low < b.low, x.low, y.low),
+                   lanes_pair_choose(a.high < b.high, x.high, y.high)};
+}
+
+#else
+
+typedef struct lanes {
+    double at[BTG_LANES];
+} lanes;
+#define LANES_EACH(result, expression)                                                             \
+    lanes result;                                                                                  \
+    for (int k = 0; k < BTG_LANES; k++)                                                            \
+        result.at[k] = expression;                                                                 \
+    return result;
+#define LANES_UNARY(name, a, expression)                                                           \
+    static inline lanes name(lanes a) {                                                            \
+        LANES_EACH(r, expression)                                                                  \
+    }
+#define LANES_BINARY(name, a, b, expression)                                                       \
+    static inline lanes name(lanes a, lanes b) {                                                   \
+        LANES_EACH(r, expression)                                                                  \
+    }
+static inline lanes lanes_load(const double p[4]) {
+    lanes a;
+    memcpy(&a, p, sizeof a);
+    return a;
+}
+static inline void lanes_store(double p[4], lanes a) {
+    memcpy(p, &a, sizeof a);
+}
+static inline lanes lanes_all(double x){LANES_EACH(r, x)} LANES_BINARY(lanes_add, a, b,
+                                                                       a.at[k] + b.at[k])
+    LANES_BINARY(lanes_sub, a, b, a.at[k] - b.at[k])
+        LANES_BINARY(lanes_mul, a, b, a.at[k] * b.at[k])
+            LANES_BINARY(lanes_div, a, b, a.at[k] / b.at[k])
+                LANES_UNARY(lanes_sqrt, a, sqrt(a.at[k])) LANES_UNARY(lanes_abs, a, fabs(a.at[k]))
+                    LANES_BINARY(lanes_min, a, b, a.at[k] < b.at[k] ? a.at[k] : b.at[k])
+                        LANES_BINARY(lanes_max, a, b,
+                                     a.at[k] > b.at[k] ? a.at[k] : b.at[k]) static inline lanes
+    lanes_if_less(lanes a, lanes b, lanes x, lanes y) {
+    LANES_EACH(r, a.at[k] < b.at[k] ? x.at[k] : y.at[k])
+}
+
+#endif
+
+/* a + b c, rounded twice */
+static inline lanes lanes_mad(lanes a, lanes b, lanes c) {
+    return lanes_add(a, lanes_mul(b, c));
+}
+
+/* Four vectors side by side. */
+typedef struct lanes3 {
+    lanes x, y, z;
+} lanes3;
+
+/* The same in memory. */
+typedef struct lanes3_memory {
+    double x[4], y[4], z[4];
+} lanes3_memory;
+
+static inline lanes3 lanes3_load(const lanes3_memory *p) {
+    return (lanes3){lanes_load(p->x), lanes_load(p->y), lanes_load(p->z)};
+}
+static inline void lanes3_store(lanes3_memory *p, lanes3 a) {
+    lanes_store(p->x, a.x);
+    lanes_store(p->y, a.y);
+    lanes_store(p->z, a.z);
+}
+static inline lanes3 lanes3_scale(lanes3 a, lanes by) {
+    return (lanes3){lanes_mul(a.x, by), lanes_mul(a.y, by), lanes_mul(a.z, by)};
+}
+static inline lanes lanes3_dot(lanes3 a, lanes3 b) {
+    return lanes_mad(lanes_mad(lanes_mul(a.x, b.x), a.y, b.y), a.z, b.z);
+}
+
+#endif
