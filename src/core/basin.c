@@ -18,7 +18,7 @@
  *     D0 + x_n + x_m^2 / (2 (D0 + way)) + k t^2 / 2,       k <= (r - Ro) / (D r) within `way`,
  *
  * and k falls by no more than L a step in the meridian's plane; the product x_m t^2 that this makes
- * is paid for with a share, half, of the meridian's own curvature. So the tool adds no cubic term
+ * is paid for with a share of the meridian's own curvature. So the tool adds no cubic term
  * of its own: what is left of that comes from the surface's third derivatives and from its bend
  * sideways. */
 #include "core/search.h"
@@ -44,7 +44,7 @@ typedef struct lower_bound {
 
 /* The largest uu a^2 + 2 uv a b + vv b^2 with a^2 + b^2 = 1. */
 static double mix2(double uu, double uv, double vv) {
-    return 0.5 * (uu + vv) + hypot(0.5 * (uu - vv), uv);
+    return 0.5 * (uu + vv) + norm2(0.5 * (uu - vv), uv);
 }
 
 static void surface_bounds(const btg_part *part, uint32_t item, const btg_surface_point *s,
@@ -109,13 +109,19 @@ typedef struct span {
     double u, v, reach;
 } span;
 
-/* The ring's part of the bound (see above); false where it does not hold that far. */
-static bool add_ring(const expansion *x, const span *p, lower_bound *out) {
+/* The largest |a u + b v| within the span. */
+static double most(const span *p, double a, double b) {
+    return min2(fabs(a) * p->u + fabs(b) * p->v, sqrt(a * a + b * b) * p->reach);
+}
+
+/* The ring's part of the bound (see above), a share of the meridian's curvature spent; false where
+ * it does not hold that far. */
+static bool add_ring(const expansion *x, const span *p, double share, lower_bound *out) {
     double bow = 0.5 * p->reach * p->reach, third = x->m3 * p->reach;
     double bend_m = x->bend_m + third, bend_b = x->bend_b + third, second = x->m2 + third;
-    double along = fabs(x->gu) * p->u + fabs(x->gv) * p->v + bow * second;
-    double way = along + fabs(x->mu) * p->u + fabs(x->mv) * p->v + bow * bend_m;
-    double aside = fabs(x->bu) * p->u + fabs(x->bv) * p->v + bow * bend_b;
+    double along = most(p, x->gu, x->gv) + bow * second;
+    double way = along + most(p, x->mu, x->mv) + bow * bend_m;
+    double aside = most(p, x->bu, x->bv) + bow * bend_b;
     double r = x->axis_distance - way, ring = x->ring_distance - way, ro = x->ring_radius;
     if (x->height + way > 0 || !(r > 0.25 * x->axis_distance) || !(ring > 0)) return false;
     if (x->solid && r < ro) return false;
@@ -123,19 +129,19 @@ static bool add_ring(const expansion *x, const span *p, lower_bound *out) {
     double off = fabs(x->axis_distance - ro) + way, z = x->height + way;
     if (z * z * ro < off * off * off) return false;
     double l = (1 + off / r + off / ring) / (ring * r);
-    double c = 1 / (x->ring_distance + way);
-    double k = x->ring_curvature - l * along - l * l * aside * aside / (2 * c);
-    out->huu += 0.5 * c * x->mu * x->mu + k * x->bu * x->bu;
-    out->huv += 0.5 * c * x->mu * x->mv + k * x->bu * x->bv;
-    out->hvv += 0.5 * c * x->mv * x->mv + k * x->bv * x->bv;
-    out->cubic += 0.25 * c * x->m1 * bend_m +
+    double c = 1 / (x->ring_distance + way), left = (1 - share) * c;
+    double k = x->ring_curvature - l * along - l * l * aside * aside / (4 * share * c);
+    out->huu += left * x->mu * x->mu + k * x->bu * x->bu;
+    out->huv += left * x->mu * x->mv + k * x->bu * x->bv;
+    out->hvv += left * x->mv * x->mv + k * x->bv * x->bv;
+    out->cubic += 0.5 * left * x->m1 * bend_m +
                   0.5 * fabs(k) * (x->m1 * bend_b + 0.25 * bend_b * bend_b * p->reach);
     return true;
 }
 
-static bool bound_within(const expansion *x, const span *p, lower_bound *out) {
+static bool bound_within(const expansion *x, const span *p, double share, lower_bound *out) {
     *out = (lower_bound){x->nuu, x->nuv, x->nvv, x->m3 / 6};
-    return !x->curved || add_ring(x, p, out);
+    return !x->curved || add_ring(x, p, share, out);
 }
 
 /* A cell in speed-scaled parameters about a point of expansion. */
@@ -149,8 +155,8 @@ static frame_box box_about(const btg_part *part, const btg_cell *cell, btg_place
     double low_u = cell->u - cell->hu, high_u = cell->u + cell->hu;
     double low_v = cell->v - cell->hv, high_v = cell->v + cell->hv;
     if (btg_is_triangle(part, cell->item)) {
-        low_u = fmin(cell->u, high_u);
-        low_v = fmin(cell->v, high_v);
+        low_u = min2(cell->u, high_u);
+        low_v = min2(cell->v, high_v);
         high_u = low_u + fabs(cell->hu);
         high_v = low_v + fabs(cell->hv);
     }
@@ -162,11 +168,12 @@ static frame_box box_about(const btg_part *part, const btg_cell *cell, btg_place
 
 /* Clear for all steps up to `reach` into the item: slopes into it (at its edges) are turned into
  * curvature, g t >= (g / reach) t^2. */
-static bool basin_holds(const expansion *x, double reach, double slope_u, double slope_v) {
+static bool basin_holds(const expansion *x, double reach, double share, double slope_u,
+                        double slope_v) {
     lower_bound b;
-    if (!bound_within(x, &(span){reach, reach, reach}, &b)) return false;
+    if (!bound_within(x, &(span){reach, reach, reach}, share, &b)) return false;
     double uu = b.huu + 2 * slope_u / reach, vv = b.hvv + 2 * slope_v / reach;
-    double least = 0.5 * (uu + vv) - hypot(0.5 * (uu - vv), b.huv);
+    double least = 0.5 * (uu + vv) - norm2(0.5 * (uu - vv), b.huv);
     return least >= 2 * b.cubic * reach;
 }
 
@@ -187,13 +194,15 @@ btg_basin btg_basin_make(const btg_search *search, btg_place place, uint32_t ele
     if ((!edge_u && fabs(x.gu) > flat) || (!edge_v && fabs(x.gv) > flat)) return basin;
     if (slope_u < -flat || slope_v < -flat) return basin;
     if (triangle && place.u + place.v >= 1) return basin;
-    slope_u = fmax(slope_u, 0);
-    slope_v = fmax(slope_v, 0);
+    slope_u = max2(slope_u, 0);
+    slope_v = max2(slope_v, 0);
     basin.speed_u = x.speed_u;
     basin.speed_v = x.speed_v;
-    double reach = fmin(search->part->scale, 2 * (e->ring_radius_mm + e->corner_radius_mm));
+    double reach = min2(search->part->scale, 2 * (e->ring_radius_mm + e->corner_radius_mm));
     for (int i = 0; i < BTG_BASIN_HALVINGS && basin.reach == 0; i++, reach *= 0.7)
-        if (basin_holds(&x, reach, slope_u, slope_v)) basin.reach = reach;
+        if (basin_holds(&x, reach, 0.85, slope_u, slope_v) ||
+            basin_holds(&x, reach, 0.4, slope_u, slope_v))
+            basin.reach = reach;
     return basin;
 }
 
@@ -222,7 +231,7 @@ bool btg_basin_covers(const btg_search *search, const btg_basin *basin, const bt
     if (region->node != BTG_REGION_CELL || cell->item != basin->place.item) return false;
     if (!(basin->reach > 0)) return false;
     frame_box b = box_about(search->part, cell, basin->place, basin->speed_u, basin->speed_v);
-    double du = fmax(-b.low_u, b.high_u), dv = fmax(-b.low_v, b.high_v);
+    double du = max2(-b.low_u, b.high_u), dv = max2(-b.low_v, b.high_v);
     return du * du + dv * dv <= basin->reach * basin->reach;
 }
 
@@ -275,11 +284,11 @@ static double least_in_box(const expansion *x, const lower_bound *h, const frame
  * expanded: the nearest point by the Taylor polynomial. */
 static bool clear_from(const btg_search *search, const expansion *x, const frame_box *b,
                        double *to_u, double *to_v) {
-    span p = {fmax(-b->low_u, b->high_u), fmax(-b->low_v, b->high_v), 0};
+    span p = {max2(-b->low_u, b->high_u), max2(-b->low_v, b->high_v), 0};
     p.reach = sqrt(p.u * p.u + p.v * p.v);
     lower_bound h;
     double u, v;
-    if (bound_within(x, &p, &h)) {
+    if (bound_within(x, &p, 0.5, &h)) {
         double error = h.cubic * p.reach * p.reach * p.reach;
         if (x->distance + least_in_box(x, &h, b, &u, &v) - error >= -search->tolerance) return true;
     }

@@ -27,46 +27,64 @@
 #endif
 
 /* Of the meridian's bend, away from the nearest place, spent on what turns with it. */
-#define SHARE 0.3
+#define SHARE 0.7
 
 /* Sides whose ratio is more than this are cut by four along the longer one. */
 #define LONG_SIDE 2.8
 
+/* The next float up: bounds must not shrink. */
+static float round_up(double x) {
+    return (float)(x * (1 + 1e-7)) + 1e-37f;
+}
+
 void btg_piece_root(const btg_part *part, uint32_t item, btg_piece *piece) {
     const btg_patch *patch = &part->patches[item];
     *piece = (btg_piece){0.5, 0.5, 0.5, 0.5, {0}, item, patch->quarter, (btg_cut)patch->cut};
-    double h = 0.125; /* cubes of half sides */
     for (int k = 0; k < 4; k++)
-        piece->third[k] = h * patch->third[k];
+        piece->third[k] = round_up(0.125 * patch->third[k]); /* cubes of half sides */
 }
 
-/* Parameters and third derivatives of the quarters. */
-static void cut_piece(const btg_part *part, const btg_piece *piece, btg_piece quarter[4]) {
-    static const double even[4] = {-0.75, -0.25, 0.25, 0.75};
-    double fu = piece->cut == BTG_CUT_BOTH ? 0.5 : (piece->cut == BTG_CUT_U ? 0.25 : 1);
-    double fv = piece->cut == BTG_CUT_BOTH ? 0.5 : (piece->cut == BTG_CUT_V ? 0.25 : 1);
-    double scale[4] = {fu * fu * fu, fu * fu * fv, fu * fv * fv, fv * fv * fv};
-    for (int k = 0; k < 4; k++) {
-        btg_piece *q = &quarter[k];
-        double su = piece->cut == BTG_CUT_BOTH ? (k & 1 ? 0.5 : -0.5) : even[k];
-        double sv = piece->cut == BTG_CUT_BOTH ? (k & 2 ? 0.5 : -0.5) : even[k];
-        q->u = piece->cut == BTG_CUT_V ? piece->u : piece->u + su * piece->hu;
-        q->v = piece->cut == BTG_CUT_U ? piece->v : piece->v + sv * piece->hv;
-        q->hu = fu * piece->hu;
-        q->hv = fv * piece->hv;
-        q->item = piece->item;
-        q->quarters = 0;
+/* By how much halving shrinks third derivatives, by cut. */
+static const float third_scale[3][4] = {{0.125f, 0.125f, 0.125f, 0.125f},
+                                        {1.0f / 64, 1.0f / 16, 0.25f, 1},
+                                        {1, 0.25f, 1.0f / 16, 1.0f / 64}};
+
+static double third_error(const float third[4]) {
+    double sum = (double)third[0] + 3 * ((double)third[1] + (double)third[2]) + (double)third[3];
+    return sum * ((1 + 1e-12) / 6);
+}
+
+/* Parameters of the quarters. */
+static void place_quarters(const btg_piece *piece, btg_block *block) {
+    static const double side[3][2][4] = {{{-0.5, 0.5, -0.5, 0.5}, {-0.5, -0.5, 0.5, 0.5}},
+                                         {{-0.75, -0.25, 0.25, 0.75}, {0, 0, 0, 0}},
+                                         {{0, 0, 0, 0}, {-0.75, -0.25, 0.25, 0.75}}};
+    static const double half[3][2] = {{0.5, 0.5}, {0.25, 1}, {1, 0.25}};
+    const double *su = side[piece->cut][0], *sv = side[piece->cut][1];
+    lanes u = lanes_mad(lanes_all(piece->u), lanes_load(su), lanes_all(piece->hu));
+    lanes v = lanes_mad(lanes_all(piece->v), lanes_load(sv), lanes_all(piece->hv));
+    lanes_store(block->u, u);
+    lanes_store(block->v, v);
+    block->hu = half[piece->cut][0] * piece->hu;
+    block->hv = half[piece->cut][1] * piece->hv;
+}
+
+/* Their third-order errors. */
+static lanes third_errors(const btg_part *part, const btg_piece *piece) {
+    float third[4];
+    double error[4];
+    if (!piece->quarters) {
         for (int i = 0; i < 4; i++)
-            q->third[i] = scale[i] * piece->third[i];
+            third[i] = third_scale[piece->cut][i] * piece->third[i];
+        return lanes_all(third_error(third));
     }
-    if (!piece->quarters) return;
     const btg_quarters *stored = &part->quarters[piece->quarters];
     for (int k = 0; k < 4; k++) {
-        quarter[k].quarters = stored->child[k];
-        quarter[k].cut = (btg_cut)stored->cut[k];
         for (int i = 0; i < 4; i++)
-            quarter[k].third[i] = stored->third[i][k];
+            third[i] = stored->third[i][k];
+        error[k] = third_error(third);
     }
+    return lanes_load(error);
 }
 
 static ALWAYS_INLINE lanes length(lanes3 a) {
@@ -86,56 +104,59 @@ btg_cut btg_piece_cut(const btg_part *part, const btg_piece *piece) {
                   hv * (vec_norm(s.sv) + 0.5 * hv * vec_norm(s.svv)));
 }
 
-/* How pieces are cut that are not stored. */
-static void choose_cuts(btg_block *block, lanes a, lanes b, lanes uu, lanes vv) {
-    double u[4], v[4];
-    lanes half = lanes_all(0.5);
-    lanes_store(u, lanes_mad(a, half, uu));
-    lanes_store(v, lanes_mad(b, half, vv));
-    for (int k = 0; k < 4; k++) {
-        btg_piece *q = &block->piece[k];
-        if (!q->quarters) q->cut = cut_of(u[k], v[k]);
+void btg_block_quarter(const btg_part *part, const btg_block *block, int k, btg_piece *piece) {
+    const btg_piece *whole = &block->whole;
+    piece->u = block->u[k];
+    piece->v = block->v[k];
+    piece->hu = block->hu;
+    piece->hv = block->hv;
+    piece->item = whole->item;
+    piece->quarters = 0;
+    if (whole->quarters) {
+        const btg_quarters *stored = &part->quarters[whole->quarters];
+        for (int i = 0; i < 4; i++)
+            piece->third[i] = stored->third[i][k];
+        piece->quarters = stored->child[k];
+        piece->cut = (btg_cut)stored->cut[k];
+    } else {
+        for (int i = 0; i < 4; i++)
+            piece->third[i] = third_scale[whole->cut][i] * whole->third[i];
     }
+    if (piece->quarters) return;
+    double u = vec_norm(btg_block_vector(&block->a, k));
+    double v = vec_norm(btg_block_vector(&block->b, k));
+    u += 0.5 * vec_norm(btg_block_vector(&block->uu, k));
+    v += 0.5 * vec_norm(btg_block_vector(&block->vv, k));
+    piece->cut = cut_of(u, v);
 }
 
-static void measure(const btg_part *part, btg_block *block) {
-    lanes3 a = lanes3_load(&block->a), b = lanes3_load(&block->b);
-    lanes uu = length(lanes3_load(&block->uu)), uv = length(lanes3_load(&block->uv));
-    lanes vv = length(lanes3_load(&block->vv)), half = lanes_all(0.5);
-    double third[4];
-    for (int k = 0; k < 4; k++) {
-        const double *t = block->piece[k].third;
-        third[k] = (t[0] + 3 * (t[1] + t[2]) + t[3]) * ((1 + 1e-12) / 6);
-    }
-    lanes error =
-        lanes_add(lanes_load(third), lanes_all(part->patches[block->piece[0].item].rounding));
-    lanes bend = lanes_mad(error, half, lanes_add(uu, vv));
-    bend = lanes_mul(lanes_add(bend, uv), lanes_all(1 + 1e-12));
+void btg_block_make(const btg_part *part, const btg_piece *piece, btg_block *block) {
+    const btg_patch *patch = &part->patches[piece->item];
+    btg_surface_four d;
+    block->whole = *piece;
+    place_quarters(piece, block);
+    btg_patch_evaluate_four(patch, block->u, block->v, &d);
+    lanes hu = lanes_all(block->hu), hv = lanes_all(block->hv);
+    lanes3 a = lanes3_scale(lanes3_load(&d.su), hu), b = lanes3_scale(lanes3_load(&d.sv), hv);
+    lanes3 uu = lanes3_scale(lanes3_load(&d.suu), lanes_mul(hu, hu));
+    lanes3 uv = lanes3_scale(lanes3_load(&d.suv), lanes_mul(hu, hv));
+    lanes3 vv = lanes3_scale(lanes3_load(&d.svv), lanes_mul(hv, hv));
+    block->centre = d.s;
+    lanes3_store(&block->a, a);
+    lanes3_store(&block->b, b);
+    lanes3_store(&block->uu, uu);
+    lanes3_store(&block->uv, uv);
+    lanes3_store(&block->vv, vv);
+
+    lanes over = lanes_all(1 + 1e-12), half = lanes_all(0.5);
+    lanes error = lanes_add(third_errors(part, piece), lanes_all(patch->rounding));
+    lanes bend = lanes_mad(error, half, lanes_add(length(uu), length(vv)));
+    bend = lanes_mul(lanes_add(bend, length(uv)), over);
     lanes aa = lanes3_dot(a, a), bb = lanes3_dot(b, b), ab = lanes_abs(lanes3_dot(a, b));
     lanes diagonal = lanes_sqrt(lanes_add(lanes_add(aa, bb), lanes_add(ab, ab)));
     lanes_store(block->error, error);
     lanes_store(block->bend, bend);
-    lanes_store(block->radius, lanes_mad(bend, diagonal, lanes_all(1 + 1e-12)));
-    choose_cuts(block, lanes_sqrt(aa), lanes_sqrt(bb), uu, vv);
-}
-
-void btg_block_make(const btg_part *part, const btg_piece *piece, btg_block *block) {
-    cut_piece(part, piece, block->piece);
-    double u[4], v[4];
-    btg_surface_four d;
-    for (int k = 0; k < 4; k++) {
-        u[k] = block->piece[k].u;
-        v[k] = block->piece[k].v;
-    }
-    btg_patch_evaluate_four(&part->patches[piece->item], u, v, &d);
-    lanes hu = lanes_all(block->piece[0].hu), hv = lanes_all(block->piece[0].hv);
-    block->centre = d.s;
-    lanes3_store(&block->a, lanes3_scale(lanes3_load(&d.su), hu));
-    lanes3_store(&block->b, lanes3_scale(lanes3_load(&d.sv), hv));
-    lanes3_store(&block->uu, lanes3_scale(lanes3_load(&d.suu), lanes_mul(hu, hu)));
-    lanes3_store(&block->uv, lanes3_scale(lanes3_load(&d.suv), lanes_mul(hu, hv)));
-    lanes3_store(&block->vv, lanes3_scale(lanes3_load(&d.svv), lanes_mul(hv, hv)));
-    measure(part, block);
+    lanes_store(block->radius, lanes_mad(bend, diagonal, over));
 }
 
 /* ---- bounds ------------------------------------------------------------------------------- */
@@ -299,14 +320,37 @@ static ALWAYS_INLINE frame frame_of(const btg_block *block, const btg_placement 
     return f;
 }
 
-/* The form with bends c across and k along the ring. */
-static ALWAYS_INLINE quadratic form_of(const frame *f, lanes c, lanes k) {
+/* The form with bends c across and k along the ring, and n times a weight. */
+static ALWAYS_INLINE quadratic form_of(const frame *f, lanes c, lanes k, lanes weight) {
     lanes cma = lanes_mul(c, f->ma), cmb = lanes_mul(c, f->mb);
     lanes kta = lanes_mul(k, f->ta), ktb = lanes_mul(k, f->tb);
-    return (quadratic){f->na, f->nb,
-                       lanes_add(f->nuu, lanes_mad(lanes_mul(cma, f->ma), kta, f->ta)),
-                       lanes_add(f->nuv, lanes_mad(lanes_mul(cma, f->mb), kta, f->tb)),
-                       lanes_add(f->nvv, lanes_mad(lanes_mul(cmb, f->mb), ktb, f->tb))};
+    lanes uu = lanes_mad(lanes_mul(cma, f->ma), kta, f->ta);
+    lanes uv = lanes_mad(lanes_mul(cma, f->mb), kta, f->tb);
+    lanes vv = lanes_mad(lanes_mul(cmb, f->mb), ktb, f->tb);
+    return (quadratic){lanes_mul(f->na, weight), lanes_mul(f->nb, weight),
+                       lanes_mad(uu, f->nuu, weight), lanes_mad(uv, f->nuv, weight),
+                       lanes_mad(vv, f->nvv, weight)};
+}
+
+/* The bend across the ring that holds all over the pieces, and what is paid for it. */
+typedef struct across {
+    lanes c, paid;
+} across;
+
+/* On the circle's distance A = D + x_n the square x_m^2 weighs G = 1 / (2 A + m^2 / (2 A)) at
+ * least, m the most of x_m. G is convex: at least c / 2 - c^2 / 2 x_n, c / 2 its value at D. The
+ * second part counts where x_n > 0 only, and there by m^2 at most: paid, a part of x_n + n, n the
+ * most of x_n. Where G is not convex that far, its least. */
+static ALWAYS_INLINE across bend_across(const place *p, lanes far_m, lanes far_n) {
+    lanes zero = lanes_all(0), one = lanes_all(1), m2 = lanes_mul(far_m, far_m);
+    lanes far = lanes_max(p->far, lanes_all(1e-300)), quarter = lanes_all(0.25);
+    lanes share = lanes_div(m2, far);
+    lanes least = lanes_mad(lanes_add(far, far_n), lanes_all(0.5), share);
+    lanes here = lanes_mad(far, quarter, share);
+    lanes convex = lanes_sub(lanes_sub(far, far_n), lanes_mul(lanes_all(0.87), far_m));
+    lanes c = lanes_div(one, lanes_if_less(zero, convex, here, least));
+    lanes paid = lanes_mul(quarter, lanes_mul(lanes_mul(c, c), m2));
+    return (across){c, lanes_if_less(zero, convex, paid, zero)};
 }
 
 /* The form from below; *off comes off its least. */
@@ -321,25 +365,25 @@ static ALWAYS_INLINE quadratic lower_form(const btg_tool_element *e, const place
 
     lanes far_m = lanes_mad(f->reach_m, steep, turn);
     lanes far_n = lanes_mad(f->reach_n, lanes_abs(p->n_r), turn);
-    lanes bow =
-        lanes_div(lanes_mul(half, lanes_mul(far_m, far_m)), lanes_max(p->far, lanes_all(1e-300)));
-    lanes c = lanes_div(one, lanes_add(lanes_add(p->far, far_n), bow));
+    across x = bend_across(p, far_m, far_n);
+    lanes c = x.c;
     c = lanes_if_less(zero, lanes_add(p->height, f->reach_up), zero, c);
     c = lanes_if_less(inner, safe, zero, c);
     if (!e->hollow) c = lanes_if_less(inner, lanes_all(e->ring_radius_mm), zero, c);
 
+    lanes paid = lanes_if_less(zero, c, x.paid, zero), weight = lanes_sub(one, paid);
     lanes mu = lanes_mad(lanes_mul(f->ma, nearest->s), f->mb, nearest->t);
-    lanes slope = lanes_mad(p->n_r, lanes_mul(c, steep), mu); /* of the distance in tau */
+    lanes slope = lanes_mad(lanes_mul(p->n_r, weight), lanes_mul(c, steep), mu); /* in tau */
     lanes k = lanes_if_less(slope, zero, lanes_mul(slope, inner1), lanes_div(slope, outer));
     lanes spent = lanes_mul(lanes_mul(c, steep), lanes_mul(steep, lanes_mul(turn, inner1)));
     k = lanes_sub(k, lanes_mul(lanes_all(0.5 * (1 / SHARE - 1)), spent));
 
     /* - SHARE c (m.x - mu)^2 / 2 */
-    quadratic q = form_of(f, lanes_mul(c, lanes_all(1 - SHARE)), k);
+    quadratic q = form_of(f, lanes_mul(c, lanes_all(1 - SHARE)), k, weight);
     lanes pull = lanes_mul(lanes_mul(lanes_all(SHARE), c), mu);
     q.a = lanes_mad(q.a, pull, f->ma);
     q.b = lanes_mad(q.b, pull, f->mb);
-    lanes constant = lanes_mul(half, lanes_mul(pull, mu));
+    lanes constant = lanes_mad(lanes_mul(half, lanes_mul(pull, mu)), paid, far_n);
     lanes m_off = lanes_mul(c, lanes_mad(f->linear_m, lanes_all(SHARE), lanes_abs(mu)));
     lanes products = lanes_mul(m_off, f->bend_m);
     products = lanes_mad(products, lanes_mul(lanes_abs(k), f->reach_t), f->bend_t);
@@ -363,13 +407,14 @@ void btg_block_bounds(const btg_block *block, const btg_tool_element *e, const b
     if (bound->low[0] >= enough && bound->low[1] >= enough && bound->low[2] >= enough &&
         bound->low[3] >= enough) {
         lanes_store(bound->least, distance);
+        lanes_store(bound->top, lanes_add(p.height, radius));
         lanes_store(bound->s, lanes_all(0));
         lanes_store(bound->t, lanes_all(0));
         return;
     }
     frame f = frame_of(block, at, &p);
     quadratic about = form_of(&f, lanes_div(p.n_z, lanes_min(p.height, lanes_all(-1e-300))),
-                              lanes_div(p.n_r, p.r));
+                              lanes_div(p.n_r, p.r), lanes_all(1));
     minimum nearest = least_in_square(&about);
     lanes off;
     quadratic q = lower_form(e, &p, &f, lanes_load(block->error), &nearest, &off);
@@ -377,6 +422,7 @@ void btg_block_bounds(const btg_block *block, const btg_tool_element *e, const b
     lanes low = lanes_add(distance, lanes_sub(least.value, off));
     low = lanes_max(low, bound_by_extent(&p, e, radius, f.reach_up));
     lanes_store(bound->low, lanes_max(low, ball));
+    lanes_store(bound->top, lanes_add(p.height, lanes_min(radius, f.reach_up)));
     lanes_store(bound->least, lanes_add(distance, nearest.value));
     lanes_store(bound->s, nearest.s);
     lanes_store(bound->t, nearest.t);

@@ -8,25 +8,27 @@
 /* A piece of a patch: parameters u +- hu, v +- hv. */
 typedef struct btg_piece {
     double u, v, hu, hv;
-    double third[4];   /* bounds of its third derivatives, in units of half sides (part.h) */
+    float third[4];    /* bounds of its third derivatives, in units of half sides (part.h) */
     uint32_t item;     /* patch */
     uint32_t quarters; /* stored; 0: none */
     btg_cut cut;       /* how it is cut */
 } btg_piece;
 
-/* The four quarters of a piece: piece k is
+/* The four quarters of a piece: quarter k is
  *     centre + a s + b t + (uu s^2 + 2 uv s t + vv t^2) / 2,    |s|, |t| <= 1,
  * up to error[k]; without the last term, up to bend[k]. */
 typedef struct btg_block {
     lanes3_memory centre, a, b, uu, uv, vv;
     double error[4], bend[4], radius[4]; /* radius of a ball about the centre that holds it */
-    btg_piece piece[4];
+    double u[4], v[4], hu, hv;
+    btg_piece whole;
 } btg_block;
 
 /* Distances of a block's pieces to a round element as placed. */
 typedef struct btg_block_bound {
     double distance[4]; /* of the centre */
     double height[4];   /* of the centre above the element's ring, along the axis */
+    double top[4];      /* no point of the piece is higher than that */
     double low[4];      /* no point of the piece is nearer than that */
     double least[4];    /* it comes about as near as that, and where: */
     double s[4], t[4];
@@ -40,6 +42,9 @@ btg_cut btg_piece_cut(const btg_part *part, const btg_piece *piece);
 
 /* Cuts a piece into four. */
 void btg_block_make(const btg_part *part, const btg_piece *piece, btg_block *block);
+
+/* Quarter k by itself. */
+void btg_block_quarter(const btg_part *part, const btg_block *block, int k, btg_piece *piece);
 
 /* Bounds for an element with a round corner. Where no piece's ball comes nearer than `enough`,
  * low is the balls' alone and least the centres'. */

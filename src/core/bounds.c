@@ -39,17 +39,17 @@ static double hollow_bend(const btg_search *search, const btg_region *region,
     double low = r - reach_from(search, region, point, vec_scale(radial, -1));
     if (low >= e->ring_radius_mm) return 0;
     if (low < 0) low = 0;
-    double aside = fmax(reach_from(search, region, point, d->ring_tangent),
+    double aside = max2(reach_from(search, region, point, d->ring_tangent),
                         reach_from(search, region, point, vec_scale(d->ring_tangent, -1)));
     double outward = sqrt(low * low + aside * aside) - low;
     double ring = d->distance + e->corner_radius_mm;
     double far = region->radius + vec_norm(vec_sub(region->cell.centre, point));
     if (!(ring > far)) return outward;
-    double a = outward / (ring - far), inside = fmax(e->ring_radius_mm - r, 0);
-    double along = fmax(reach_from(search, region, point, d->normal),
+    double a = outward / (ring - far), inside = max2(e->ring_radius_mm - r, 0);
+    double along = max2(reach_from(search, region, point, d->normal),
                         reach_from(search, region, point, vec_scale(d->normal, -1)));
     double tilted = fabs(vec_dot(d->normal, radial)) * along;
-    return fmin(outward, a * (inside + tilted) + 0.5 * a * a * (ring + far));
+    return min2(outward, a * (inside + tilted) + 0.5 * a * a * (ring + far));
 }
 
 /* The bound by the plane that touches the distance at a point of the region's own plane figure. */
@@ -99,8 +99,8 @@ static btg_vec3 nearest_on_figure(const btg_search *search, const btg_region *re
         t = least_place(gb + hab * s, hbb);
     }
     if (btg_is_triangle(search->part, cell->item)) { /* a and b start at a corner */
-        s = fmin(fmax(s, -1.0 / 3), 2.0 / 3);
-        t = fmin(fmax(t, -1.0 / 3), 2.0 / 3);
+        s = min2(max2(s, -1.0 / 3), 2.0 / 3);
+        t = min2(max2(t, -1.0 / 3), 2.0 / 3);
         double over = s + t - 1.0 / 3;
         if (over > 0) {
             s -= 0.5 * over;
@@ -268,7 +268,7 @@ bool btg_search_clear(btg_search *search, const btg_region *region) {
 static bool piece_clear_of_cutter(btg_search *search, const btg_region *region,
                                   const btg_block_bound *bound, int k) {
     const btg_ray_query *q = &search->query;
-    if (bound->height[k] + region->radius <= 0)
+    if (bound->top[k] <= 0)
         return bound->low[k] >= -search->tolerance || btg_basins_cover(search, region, 0);
     double start = vec_dot(vec_sub(region->cell.centre, q->o), q->w);
     if (bound->height[k] > region->radius && start > region->radius) return true;

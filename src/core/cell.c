@@ -5,16 +5,15 @@
 #define ROUNDING 1e-14
 
 void btg_cell_of_block(const btg_block *block, int k, btg_cell *cell) {
-    const btg_piece *p = &block->piece[k];
     *cell = (btg_cell){btg_block_vector(&block->centre, k),
                        btg_block_vector(&block->a, k),
                        btg_block_vector(&block->b, k),
-                       p->u,
-                       p->v,
-                       p->hu,
-                       p->hv,
+                       block->u[k],
+                       block->v[k],
+                       block->hu,
+                       block->hv,
                        block->bend[k],
-                       p->item};
+                       block->whole.item};
 }
 
 void btg_cell_of_triangle(const btg_part *part, const btg_piece *piece, btg_cell *cell) {

@@ -133,3 +133,16 @@ void btg_patch_evaluate_four(const btg_patch *patch, const double u[4], const do
     for (int k = 0; k < 6; k++)
         lanes3_store(to[k], (lanes3){x.d[k], y.d[k], z.d[k]});
 }
+
+/* ---- any item ------------------------------------------------------------------------------ */
+
+void btg_part_point(const btg_part *part, btg_place place, btg_surface_point *point) {
+    if (place.item < part->patch_count) {
+        btg_patch_evaluate(&part->patches[place.item], place.u, place.v, point);
+        return;
+    }
+    btg_vec3 c[3];
+    btg_triangle_corners(part, place.item - part->patch_count, c);
+    *point = (btg_surface_point){.su = vec_sub(c[1], c[0]), .sv = vec_sub(c[2], c[0])};
+    point->s = vec_mad(vec_mad(c[0], point->su, place.u), point->sv, place.v);
+}

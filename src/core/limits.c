@@ -28,7 +28,7 @@ static void offer_sheet(btg_search *search, btg_place place) {
     bool edge_v = place.v < tv || (!triangle && place.v > 1 - tv);
     double value;
     if (btg_ray_osculating(&search->query, &s, edge_u, edge_v, &value)) offer_limit(search, value);
-    if (triangle && place.u + place.v > 1 - fmin(tu, tv)) {
+    if (triangle && place.u + place.v > 1 - min2(tu, tv)) {
         btg_surface_point side = {.s = s.s, .su = vec_sub(s.su, s.sv)};
         if (btg_ray_osculating(&search->query, &side, false, true, &value))
             offer_limit(search, value);
@@ -64,8 +64,8 @@ static void climb_ridge(btg_search *search, const btg_surface_point *p) {
         double slope = (4 * v1 - v2 - 3 * limit) / (2 * t), bend = (v2 - 2 * v1 + limit) / (t * t);
         if (!(slope > 0)) continue;
         double most = START_MAX * search->query.tool->element[0].corner_radius_mm;
-        double step = bend < 0 ? fmin(-slope / bend, most) : most;
-        step = fmax(step, 2 * clearance);
+        double step = bend < 0 ? min2(-slope / bend, most) : most;
+        step = max2(step, 2 * clearance);
         if (along_ridge(search, ridge, side * step, &at, &value) ||
             along_ridge(search, ridge, side * t, &at, &value))
             btg_search_polish(search, at);
@@ -85,11 +85,11 @@ void btg_search_near_p(btg_search *search) {
 }
 
 static btg_place hold(const btg_search *search, btg_place at) {
-    at.u = fmin(fmax(at.u, 0), 1);
-    at.v = fmin(fmax(at.v, 0), 1);
+    at.u = min2(max2(at.u, 0), 1);
+    at.v = min2(max2(at.v, 0), 1);
     if (at.item >= search->part->patch_count && at.u + at.v > 1) {
         double over = 0.5 * (at.u + at.v - 1);
-        at.u = fmin(fmax(at.u - over, 0), 1);
+        at.u = min2(max2(at.u - over, 0), 1);
         at.v = 1 - at.u;
     }
     return at;

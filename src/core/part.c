@@ -175,7 +175,7 @@ static double patch_extent(const btg_part *part, uint32_t item, btg_vec3 directi
                 fabs(vec_dot(a, direction)) + fabs(vec_dot(b, direction)) + block.bend[k];
             best = fmax(best, at);
             if (at + fmin(reach, block.radius[k]) > best + tolerance && top < DEPTH)
-                stack[top++] = block.piece[k];
+                btg_block_quarter(part, &block, k, &stack[top++]);
         }
     }
     return best;
@@ -252,17 +252,6 @@ void btg_part_destroy(btg_part *part) {
 
 void btg_part_get_info(const btg_part *part, btg_part_info *info) {
     *info = part->info;
-}
-
-void btg_part_point(const btg_part *part, btg_place place, btg_surface_point *point) {
-    if (place.item < part->patch_count) {
-        btg_patch_evaluate(&part->patches[place.item], place.u, place.v, point);
-        return;
-    }
-    btg_vec3 c[3];
-    btg_triangle_corners(part, place.item - part->patch_count, c);
-    *point = (btg_surface_point){.su = vec_sub(c[1], c[0]), .sv = vec_sub(c[2], c[0])};
-    point->s = vec_mad(vec_mad(c[0], point->su, place.u), point->sv, place.v);
 }
 
 btg_status btg_part_evaluate(const btg_part *part, btg_place place, btg_surface_point *point) {

@@ -51,8 +51,8 @@ static bool newton_step(const model *m, bool free_u, bool free_v, double *du, do
     if (free_u && free_v) {
         /* in unit speeds */
         double scale = sqrt(uu * vv), a = m->huu / uu, b = m->huv / scale, c = m->hvv / vv;
-        double mean = 0.5 * (a + c), spread = hypot(0.5 * (a - c), b);
-        double least = mean - spread, most = fmax(fabs(mean + spread), fabs(least));
+        double mean = 0.5 * (a + c), spread = norm2(0.5 * (a - c), b);
+        double least = mean - spread, most = max2(fabs(mean + spread), fabs(least));
         double lift = least < 1e-9 * most ? 1e-3 * most - least : 0;
         a += lift;
         c += lift;

@@ -134,8 +134,8 @@ static void open_triangle(btg_search *search, const btg_region *region, const bt
 
 /* ---- patches ------------------------------------------------------------------------------ */
 
-static btg_place place_in(const btg_piece *piece, double s, double t) {
-    return (btg_place){piece->item, piece->u + s * piece->hu, piece->v + t * piece->hv};
+static btg_place place_in(const btg_block *block, int k, double s, double t) {
+    return (btg_place){block->whole.item, block->u[k] + s * block->hu, block->v[k] + t * block->hv};
 }
 
 /* DROP, nothing met so far: the best centre of the block is worth a polish when it is near enough
@@ -146,8 +146,7 @@ static bool first_contact(btg_search *search, const btg_block *block) {
     int from = -1;
     for (int k = 0; k < 4; k++) {
         btg_ray_hit hit;
-        if (block->radius[k] > near && block->piece[k].hu > 0.1 && block->piece[k].hv > 0.1)
-            continue;
+        if (block->radius[k] > near && block->hu > 0.1 && block->hv > 0.1) continue;
         if (!btg_ray_cast(&search->query, btg_block_vector(&block->centre, k), &hit)) continue;
         if (hit.value > best) {
             best = hit.value;
@@ -155,7 +154,7 @@ static bool first_contact(btg_search *search, const btg_block *block) {
         }
     }
     if (from < 0) return false;
-    btg_search_polish(search, place_in(&block->piece[from], 0, 0));
+    btg_search_polish(search, place_in(block, from, 0, 0));
     return search->found;
 }
 
@@ -166,15 +165,15 @@ static bool find_cut(const btg_search *search, const btg_block *block, const btg
     int best = -1;
     double depth = -search->tolerance;
     for (int k = 0; k < 4; k++) {
-        double least = fmin(bound->least[k], bound->distance[k]);
+        double least = min2(bound->least[k], bound->distance[k]);
         if (!(least < depth) || bound->low[k] >= -search->tolerance) continue;
         depth = least;
         best = k;
     }
     if (best < 0) return false;
-    *at = place_in(&block->piece[best], 0, 0);
+    *at = place_in(block, best, 0, 0);
     if (bound->distance[best] < -search->tolerance) return true;
-    *at = place_in(&block->piece[best], bound->s[best], bound->t[best]);
+    *at = place_in(block, best, bound->s[best], bound->t[best]);
     btg_surface_point s;
     btg_part_point(search->part, *at, &s);
     const btg_tool_element *e = &search->query.tool->element[0];
@@ -195,48 +194,60 @@ static void bound_block(btg_search *search, const btg_block *block, btg_block_bo
     }
 }
 
-/* Sharp tools and cylinders: pieces one at a time. */
-static void try_centres(btg_search *search, const btg_block *block) {
-    for (int k = 0; k < 4; k++)
-        try_place(search, btg_block_vector(&block->centre, k), place_in(&block->piece[k], 0, 0));
-}
-
-static void push_pieces(btg_search *search, const btg_block *block, const btg_block_bound *bound) {
-    size_t from = search->top;
-    bool tilt = search->query.op == BTG_OP_TILT;
+/* Quarters that are not clear, the farthest first. */
+static int quarters_left(btg_search *search, const btg_block *block, const btg_block_bound *bound,
+                         int left[4]) {
+    const btg_tool *tool = search->query.tool;
+    int count = 0;
     for (int k = 0; k < 4; k++) {
+        if (bound && btg_search_clear_at_once(search, bound, k)) continue;
         btg_region region = {.node = BTG_REGION_CELL, .radius = block->radius[k]};
         btg_cell_of_block(block, k, &region.cell);
         if (btg_search_clear_piece(search, &region, bound, k)) continue;
-        if (tilt) btg_search_sheet_at_p(search, &region);
+        /* Bounds find cuts of the round corner alone. */
+        if (!bound || tool->element_count > 1)
+            try_place(search, region.cell.centre, place_in(block, k, 0, 0));
+        if (search->query.op == BTG_OP_TILT) btg_search_sheet_at_p(search, &region);
         if (at_the_end(search, region.radius)) continue;
-        btg_entry *e = push(search, region.cell.centre, region.radius);
-        e->node = BTG_REGION_CELL;
-        e->piece = block->piece[k];
-        e->key = bound ? bound->low[k] : rank(search, region.cell.centre, region.radius);
+        int i = count++;
+        for (; bound && i > 0 && bound->low[left[i - 1]] < bound->low[k]; i--)
+            left[i] = left[i - 1];
+        left[i] = k;
     }
-    order(search, from);
+    return count;
+}
+
+static void push_quarters(btg_search *search, const btg_block *block,
+                          const btg_block_bound *bound) {
+    int left[4], count = quarters_left(search, block, bound, left);
+    size_t from = search->top;
+    for (int i = 0; i < count; i++) {
+        int k = left[i];
+        btg_entry *e = push(search, btg_block_vector(&block->centre, k), block->radius[k]);
+        e->node = BTG_REGION_CELL;
+        btg_block_quarter(search->part, block, k, &e->piece);
+        e->key = bound ? bound->low[k] : rank(search, e->centre, e->radius);
+    }
+    if (!bound) order(search, from);
 }
 
 static void open_piece(btg_search *search, const btg_piece *piece) {
     btg_block *block = &search->block;
     btg_block_make(search->part, piece, block);
     search->nodes += 3;
-    const btg_tool *tool = search->query.tool;
-    bool drop = search->query.op == BTG_OP_DROP, round = tool->element[0].corner_radius_mm > 0;
-    if (drop && !search->found) {
+    bool round = search->query.tool->element[0].corner_radius_mm > 0;
+    if (search->query.op == BTG_OP_DROP && !search->found) {
         if (first_contact(search, block)) {
             search->top = 0; /* from the start, with the tool placed */
             push_node(search, 0);
         } else {
-            push_pieces(search, block, NULL);
+            push_quarters(search, block, NULL);
         }
         return;
     }
-    if (!round || tool->element_count > 1) try_centres(search, block);
     btg_block_bound bound;
     if (round) bound_block(search, block, &bound);
-    push_pieces(search, block, round ? &bound : NULL);
+    push_quarters(search, block, round ? &bound : NULL);
 }
 
 /* ---- the walk ----------------------------------------------------------------------------- */
@@ -250,7 +261,7 @@ static void give_up(btg_search *search) {
         double value;
         for (uint32_t e = 0; e < search->query.tool->element_count; e++)
             if (btg_ray_ball_value(&search->query, e, r->centre, r->radius, &value))
-                search->bound = fmax(search->bound, value);
+                search->bound = max2(search->bound, value);
     }
 }
 

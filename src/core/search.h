@@ -99,6 +99,12 @@ void btg_search_sheet_at_p(btg_search *search, const btg_region *region);
 /* The region is clear of the tool placed at the best value by `tolerance`, and was all the way
  * there (bounds.c). */
 bool btg_search_clear(btg_search *search, const btg_region *region);
+/* Piece k of a block, as far as its bounds tell by themselves. */
+static inline bool btg_search_clear_at_once(const btg_search *search, const btg_block_bound *bound,
+                                            int k) {
+    return bound->low[k] >= -search->tolerance && search->query.tool->element_count == 1 &&
+           (search->query.op == BTG_OP_DROP || bound->top[k] <= 0);
+}
 /* The same for piece k of a block, with the bounds of its distance to the cutter; NULL where the
  * cutter is sharp or nothing is placed yet. */
 bool btg_search_clear_piece(btg_search *search, const btg_region *region,

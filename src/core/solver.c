@@ -1,12 +1,7 @@
-/* Drop, spin and tilt, and whole positions. */
+/* Drop and tilt: arguments checked, and handed to the build of the run phase for this processor. */
 #include "core/check.h"
+#include "core/run.h"
 #include "core/search.h"
-
-/* The search's clearance is this part of the tolerance asked: what it leaves unexplored then
- * changes the answer by far less than the tolerance. */
-#define SEARCH_SHARE 1e-4
-/* Clearances below this part of the part's size are rounding. */
-#define CLEARANCE_MIN 1e-13
 
 btg_solver_def btg_solver_def_default(void) {
     return (btg_solver_def){.version = 1,
@@ -22,112 +17,35 @@ size_t btg_workspace_size(const btg_part *part) {
     return sizeof(btg_search) + btg_search_stack_size(part) * sizeof(btg_entry);
 }
 
-static btg_search *open_search(const btg_part *part, const btg_solver_def *solver,
-                               void *workspace) {
-    btg_search *search = workspace;
-    *search = (btg_search){.part = part};
-    search->stack = (btg_entry *)(search + 1);
-    search->stack_size = btg_search_stack_size(part);
-    search->budget = solver->node_budget;
-    search->tolerance = fmax(SEARCH_SHARE * solver->tolerance_mm, CLEARANCE_MIN * part->scale);
-    return search;
-}
-
-/* ---- contacts ----------------------------------------------------------------------------- */
-
-/* Normal where a sharp rim touches: the part's own where it has one. */
-static btg_vec3 rim_normal(const btg_search *search, btg_vec3 tool_normal) {
-    btg_surface_point s;
-    btg_part_point(search->part, search->place, &s);
-    btg_vec3 n = vec_unit(vec_cross(s.su, s.sv));
-    const double edge = 1e-9;
-    btg_place p = search->place;
-    bool inside = p.u > edge && p.v > edge && p.u < 1 - edge && p.v < 1 - edge;
-    if (p.item >= search->part->patch_count && p.u + p.v > 1 - edge) inside = false;
-    if (!inside || vec_norm2(n) == 0) return tool_normal;
-    return vec_dot(n, search->at.axis) < 0 ? vec_scale(n, -1) : n;
-}
-
-static btg_contact contact_of(const btg_search *search) {
-    const btg_tool_element *e = &search->query.tool->element[search->element];
-    btg_ray_distance d = btg_ray_tool_distance(e, search->at, search->point);
-    btg_contact c = {search->place, search->point, vec_scale(d.normal, -1)};
-    if (e->corner_radius_mm > 0) return c;
-    btg_vec3 arm = vec_sub(search->point, search->at.centre);
-    double height = vec_dot(arm, search->at.axis);
-    double r = vec_norm(vec_mad(arm, search->at.axis, -height));
-    double near_rim = 1e-6 * e->ring_radius_mm;
-    bool rim = fabs(r - e->ring_radius_mm) < near_rim && fabs(height - e->from_mm) < near_rim;
-    if (rim) c.normal = rim_normal(search, c.normal);
-    return c;
+const btg_run *btg_run_choose(void) {
+#ifdef BTG_HAVE_AVX2
+    if (__builtin_cpu_supports("avx2")) return &btg_run_avx2;
+#endif
+    return &btg_run_baseline;
 }
 
 /* ---- the two questions -------------------------------------------------------------------- */
 
+static bool fit(const btg_part *part, const btg_tool *tool, const btg_solver_def *solver,
+                const void *workspace, size_t workspace_size) {
+    return part && tool && solver && workspace && !btg_check_solver(solver, NULL) &&
+           workspace_size >= btg_workspace_size(part);
+}
+
 btg_status btg_drop(const btg_part *part, const btg_tool *tool, const btg_solver_def *solver,
                     const btg_drop_query *query, void *workspace, size_t workspace_size,
                     btg_drop_result *result) {
-    if (!part || !tool || !query || !workspace || !result || !solver ||
-        btg_check_solver(solver, NULL) || workspace_size < btg_workspace_size(part) ||
+    if (!fit(part, tool, solver, workspace, workspace_size) || !query || !result ||
         !btg_check_drop(query, &part->info))
         return BTG_ERROR_ARGUMENT;
-    btg_search *search = open_search(part, solver, workspace);
-    search->query = btg_ray_query_drop(tool, query);
-    search->value = -INFINITY;
-    search->has_start = query->has_start;
-    search->start = query->start;
-    btg_search_run(search);
-    btg_drop_result r = {.status = BTG_NO_CONTACT, .nodes = search->nodes};
-    r.bound_mm = search->tolerance;
-    if (search->spent) {
-        r.status = search->bound > -INFINITY ? BTG_BUDGET : BTG_NO_CONTACT;
-        r.height_mm = search->bound;
-    } else if (search->found) {
-        r.status = BTG_OK;
-        r.height_mm = search->value;
-        r.contact = contact_of(search);
-        r.element = search->element;
-    }
-    *result = r;
-    return r.status;
-}
-
-/* The start pose cuts deeper than the search's clearance explains. */
-static bool start_gouges(const btg_search *search, double tolerance) {
-    if (search->osculating || !(search->value > 0)) return false;
-    btg_placement start = btg_ray_place(&search->query, 0);
-    const btg_tool_element *e = &search->query.tool->element[search->element];
-    double depth = -btg_ray_tool_distance(e, start, search->point).distance;
-    return depth > fmax(tolerance, 1e-9 * search->part->scale);
+    return btg_run_choose()->drop(part, tool, solver, query, workspace, result);
 }
 
 btg_status btg_tilt(const btg_part *part, const btg_tool *tool, const btg_solver_def *solver,
                     const btg_tilt_query *query, void *workspace, size_t workspace_size,
                     btg_tilt_result *result) {
-    if (!part || !tool || !query || !workspace || !result || !solver ||
-        btg_check_solver(solver, NULL) || workspace_size < btg_workspace_size(part) ||
+    if (!fit(part, tool, solver, workspace, workspace_size) || !query || !result ||
         !btg_check_tilt(query, tool, &part->info))
         return BTG_ERROR_ARGUMENT;
-    btg_search *search = open_search(part, solver, workspace);
-    search->query = btg_ray_query_tilt(tool, query);
-    search->value = -query->max_tilt_rad;
-    search->p_place = query->p.place;
-    search->has_start = query->has_start;
-    search->start = query->start;
-    btg_search_run(search);
-    if (start_gouges(search, solver->tolerance_mm)) return BTG_ERROR_GOUGE;
-    btg_tilt_result r = {.status = BTG_SINGLE_CONTACT, .nodes = search->nodes};
-    r.tilt_rad = query->max_tilt_rad;
-    r.bound_mm = search->tolerance;
-    if (search->spent) {
-        r.status = BTG_BUDGET;
-        r.tilt_rad = search->bound < 0 ? -search->bound : 0;
-    } else if (search->found) {
-        r.status = search->osculating ? BTG_OSCULATING : BTG_OK;
-        r.tilt_rad = search->value < 0 ? -search->value : 0;
-        r.contact = search->osculating ? query->p : contact_of(search);
-        r.element = search->element;
-    }
-    *result = r;
-    return r.status;
+    return btg_run_choose()->tilt(part, tool, solver, query, workspace, result);
 }

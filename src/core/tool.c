@@ -118,3 +118,25 @@ btg_status btg_tool_init(const btg_tool_def *def, btg_tool *tool, btg_message *m
     *tool = t;
     return BTG_OK;
 }
+
+double btg_tool_distance(const btg_tool *tool, btg_vec3 torus_centre, btg_vec3 axis,
+                         btg_vec3 point) {
+    btg_vec3 d = vec_sub(point, torus_centre);
+    double height = vec_dot(d, axis);
+    double r = vec_norm(vec_mad(d, axis, -height));
+    double least = INFINITY;
+    for (uint32_t i = 0; i < tool->element_count; i++) {
+        const btg_tool_element *e = &tool->element[i];
+        double x = r - e->ring_radius_mm, distance;
+        if (i == 0) {
+            if (!e->hollow && x < 0) x = 0;
+            distance = hypot(x, height) - e->corner_radius_mm;
+        } else {
+            double below = e->from_mm - height, above = height - e->to_mm;
+            double z = below > above ? below : above;
+            distance = x > 0 && z > 0 ? hypot(x, z) : (x > z ? x : z);
+        }
+        if (distance < least) least = distance;
+    }
+    return least;
+}

@@ -47,8 +47,8 @@ static void quarter_nets(const btg_net *net, btg_cut cut, btg_net quarter[4]) {
     btg_net_split(&high, cut == BTG_CUT_U, &quarter[2], &quarter[3]);
 }
 
-static double error_of(const double third[4]) {
-    return (third[0] + 3 * (third[1] + third[2]) + third[3]) / 6;
+static double error_of(const float third[4]) {
+    return ((double)third[0] + 3 * ((double)third[1] + (double)third[2]) + (double)third[3]) / 6;
 }
 
 typedef struct quarters_build {
@@ -67,16 +67,19 @@ static btg_status grow(quarters_build *build, const btg_net *net, const btg_piec
     btg_block_make(build->part, piece, &block);
     btg_net quarter[4];
     quarter_nets(net, piece->cut, quarter);
+    btg_piece piece_of[4];
     bool wanted = false;
     for (int k = 0; k < 4; k++) {
-        double before = error_of(block.piece[k].third), third[4] = {0, 0, 0, 0};
+        btg_piece *q = &piece_of[k];
+        btg_block_quarter(build->part, &block, k, q);
+        double before = error_of(q->third), third[4] = {0, 0, 0, 0};
         btg_net_third(&quarter[k], third);
         for (int i = 0; i < 4; i++) {
-            third[i] *= 0.125;
-            if (third[i] < block.piece[k].third[i]) block.piece[k].third[i] = third[i];
+            float own = round_up(0.125 * third[i]);
+            if (own < q->third[i]) q->third[i] = own;
         }
-        double after = error_of(block.piece[k].third);
-        wanted |= before > SMALL_ERROR * block.radius[k] && after < TELLS_MORE * before;
+        wanted |=
+            before > SMALL_ERROR * block.radius[k] && error_of(q->third) < TELLS_MORE * before;
     }
     if (!wanted) return BTG_OK;
     btg_status status = reserve(&build->part->allocator, build->list);
@@ -85,12 +88,12 @@ static btg_status grow(quarters_build *build, const btg_net *net, const btg_piec
     if (level + 1 > build->depth) build->depth = level + 1;
     for (int k = 0; k < 4 && !status; k++) {
         uint32_t child;
-        status = grow(build, &quarter[k], &block.piece[k], level + 1, &child);
+        status = grow(build, &quarter[k], &piece_of[k], level + 1, &child);
         btg_quarters *q = &build->list->at[*at];
         q->child[k] = child;
-        q->cut[k] = (uint8_t)block.piece[k].cut;
+        q->cut[k] = (uint8_t)piece_of[k].cut;
         for (int i = 0; i < 4; i++)
-            q->third[i][k] = round_up(block.piece[k].third[i]);
+            q->third[i][k] = piece_of[k].third[i];
     }
     return status;
 }

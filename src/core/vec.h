@@ -9,6 +9,18 @@
 
 #define BTG_PI 3.14159265358979323846
 
+/* Unlike fmin and fmax these compile to one instruction; b when either is NaN. */
+static inline double min2(double a, double b) {
+    return a < b ? a : b;
+}
+static inline double max2(double a, double b) {
+    return a > b ? a : b;
+}
+
+static inline double norm2(double a, double b) {
+    return sqrt(a * a + b * b);
+}
+
 static inline btg_vec3 vec(double x, double y, double z) {
     return (btg_vec3){x, y, z};
 }

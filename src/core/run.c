@@ -1,0 +1,117 @@
+/* One drop and one tilt: the search set up, run, and its answer told. */
+#include "core/run.h"
+#include "core/search.h"
+
+/* The search's clearance is this part of the tolerance asked: what it leaves unexplored then
+ * changes the answer by far less than the tolerance. */
+#define SEARCH_SHARE 1e-4
+/* Clearances below this part of the part's size are rounding. */
+#define CLEARANCE_MIN 1e-13
+
+static btg_search *open_search(const btg_part *part, const btg_solver_def *solver,
+                               void *workspace) {
+    btg_search *search = workspace;
+    *search = (btg_search){.part = part};
+    search->stack = (btg_entry *)(search + 1);
+    search->stack_size = btg_search_stack_size(part);
+    search->budget = solver->node_budget;
+    search->tolerance = max2(SEARCH_SHARE * solver->tolerance_mm, CLEARANCE_MIN * part->scale);
+    return search;
+}
+
+/* ---- contacts ----------------------------------------------------------------------------- */
+
+/* Normal where a sharp rim touches: the part's own where it has one. */
+static btg_vec3 rim_normal(const btg_search *search, btg_vec3 tool_normal) {
+    btg_surface_point s;
+    btg_part_point(search->part, search->place, &s);
+    btg_vec3 n = vec_unit(vec_cross(s.su, s.sv));
+    const double edge = 1e-9;
+    btg_place p = search->place;
+    bool inside = p.u > edge && p.v > edge && p.u < 1 - edge && p.v < 1 - edge;
+    if (p.item >= search->part->patch_count && p.u + p.v > 1 - edge) inside = false;
+    if (!inside || vec_norm2(n) == 0) return tool_normal;
+    return vec_dot(n, search->at.axis) < 0 ? vec_scale(n, -1) : n;
+}
+
+static btg_contact contact_of(const btg_search *search) {
+    const btg_tool_element *e = &search->query.tool->element[search->element];
+    btg_ray_distance d = btg_ray_tool_distance(e, search->at, search->point);
+    btg_contact c = {search->place, search->point, vec_scale(d.normal, -1)};
+    if (e->corner_radius_mm > 0) return c;
+    btg_vec3 arm = vec_sub(search->point, search->at.centre);
+    double height = vec_dot(arm, search->at.axis);
+    double r = vec_norm(vec_mad(arm, search->at.axis, -height));
+    double near_rim = 1e-6 * e->ring_radius_mm;
+    bool rim = fabs(r - e->ring_radius_mm) < near_rim && fabs(height - e->from_mm) < near_rim;
+    if (rim) c.normal = rim_normal(search, c.normal);
+    return c;
+}
+
+/* ---- the two questions ---- */
+
+static btg_status drop(const btg_part *part, const btg_tool *tool, const btg_solver_def *solver,
+                       const btg_drop_query *query, void *workspace, btg_drop_result *result) {
+    btg_search *search = open_search(part, solver, workspace);
+    search->query = btg_ray_query_drop(tool, query);
+    search->value = -INFINITY;
+    search->has_start = query->has_start;
+    search->start = query->start;
+    btg_search_run(search);
+    btg_drop_result r = {.status = BTG_NO_CONTACT, .nodes = search->nodes};
+    r.bound_mm = search->tolerance;
+    if (search->spent) {
+        r.status = search->bound > -INFINITY ? BTG_BUDGET : BTG_NO_CONTACT;
+        r.height_mm = search->bound;
+    } else if (search->found) {
+        r.status = BTG_OK;
+        r.height_mm = search->value;
+        r.contact = contact_of(search);
+        r.element = search->element;
+    }
+    *result = r;
+    return r.status;
+}
+
+/* The start pose cuts deeper than the search's clearance explains. */
+static bool start_gouges(const btg_search *search, double tolerance) {
+    if (search->osculating || !(search->value > 0)) return false;
+    btg_placement start = btg_ray_place(&search->query, 0);
+    const btg_tool_element *e = &search->query.tool->element[search->element];
+    double depth = -btg_ray_tool_distance(e, start, search->point).distance;
+    return depth > max2(tolerance, 1e-9 * search->part->scale);
+}
+
+static btg_status tilt(const btg_part *part, const btg_tool *tool, const btg_solver_def *solver,
+                       const btg_tilt_query *query, void *workspace, btg_tilt_result *result) {
+    btg_search *search = open_search(part, solver, workspace);
+    search->query = btg_ray_query_tilt(tool, query);
+    search->value = -query->max_tilt_rad;
+    search->p_place = query->p.place;
+    search->has_start = query->has_start;
+    search->start = query->start;
+    btg_search_run(search);
+    if (start_gouges(search, solver->tolerance_mm)) return BTG_ERROR_GOUGE;
+    btg_tilt_result r = {.status = BTG_SINGLE_CONTACT, .nodes = search->nodes};
+    r.tilt_rad = query->max_tilt_rad;
+    r.bound_mm = search->tolerance;
+    if (search->spent) {
+        r.status = BTG_BUDGET;
+        r.tilt_rad = search->bound < 0 ? -search->bound : 0;
+    } else if (search->found) {
+        r.status = search->osculating ? BTG_OSCULATING : BTG_OK;
+        r.tilt_rad = search->value < 0 ? -search->value : 0;
+        r.contact = search->osculating ? query->p : contact_of(search);
+        r.element = search->element;
+    }
+    *result = r;
+    return r.status;
+}
+
+/* Each build of the run phase has one of these (variant.h). */
+#ifndef BTG_RUN_THIS
+#define BTG_RUN_THIS     btg_run_baseline
+#define BTG_VARIANT_NAME "baseline"
+#endif
+
+const btg_run BTG_RUN_THIS = {BTG_VARIANT_NAME, drop, tilt};
