@@ -7,6 +7,7 @@ static const char general[] =
     "bitangent: two-contact, gouge-free positions of a milling cutter on freeform parts\n"
     "\n"
     "  bitangent path PART [-o FILE]...   tool path over PART\n"
+    "  bitangent bench [PART]...          how fast it is, on this machine\n"
     "  bitangent info [--json]            version and back ends\n"
     "  bitangent help [COMMAND]           this text, or that of a command\n"
     "  bitangent --version\n"
@@ -53,6 +54,30 @@ static const char path[] =
     "\n"
     "The .cl file retracts between passes (not in a zigzag) and where the tool touches nothing.\n";
 
+static const char bench[] =
+    "bitangent bench [PART]...\n"
+    "\n"
+    "Measures speed on the papers' three surfaces, exact and as triangles, or on PART, a glTF\n"
+    "file. Every answer is checked first, against another method: a wrong one gets no figure,\n"
+    "and exit status 1.\n"
+    "\n"
+    "  --speed                 what is done when nothing else is asked for\n"
+    "  --only MEASURE,...      some of: speed, latency, triangles, degree, threads, tolerance,\n"
+    "                          path; triangles and degree have parts of their own\n"
+    "  --quick                 a few seconds: fewer parts, shorter runs\n"
+    "  --seconds S             about how long all of it may take; default 50, --quick 3.\n"
+    "                          Latencies are taken from 1000000 positions at most\n"
+    "  --points FILE           places for the tool over PART, two columns, x y in mm;\n"
+    "                          default: spread over the part\n"
+    "  --tolerance MM          default 1e-6\n"
+    "  --tool, --max-tilt, --node-budget, --gltf-unit, --up, --use-mesh\n"
+    "                          as in 'bitangent help path'\n"
+    "output\n"
+    "  --csv FILE              a row a measurement, with the machine's name; '-': stdout\n"
+    "  --commit NAME           what was measured, for the CSV\n"
+    "  --json                  one JSON object on the standard output instead of the tables\n"
+    "  --quiet                 no progress and no tables\n";
+
 static const char info[] =
     "bitangent info [--json]\n"
     "\n"
@@ -63,10 +88,13 @@ int app_help(const char *topic) {
     btg_message message;
     if (topic && strcmp(topic, "path") == 0) {
         text = path;
+    } else if (topic && strcmp(topic, "bench") == 0) {
+        text = bench;
     } else if (topic && strcmp(topic, "info") == 0) {
         text = info;
     } else if (topic && strcmp(topic, "help") != 0) {
-        return app_complain(APP_UNUSABLE, "no help on '%.200s'; there is path and info", topic);
+        return app_complain(APP_UNUSABLE, "no help on '%.200s'; there is path, bench and info",
+                            topic);
     }
     btg_output out = btg_output_borrow(stdout);
     btg_output_text(&out, text);

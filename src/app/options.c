@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-static void set_defaults(path_options *o) {
+void options_default(path_options *o) {
     memset(o, 0, sizeof *o);
     o->tool = btg_tool_def_default();
     o->footprint = btg_footprint_def_default();
@@ -57,7 +57,7 @@ static bool take_option(path_options *o, int count, char **words, int *i) {
 
 bool options_parse(int count, char **words, path_options *options) {
     bool only_parts = false;
-    set_defaults(options);
+    options_default(options);
     for (int i = 0; i < count && !options->help; i++) {
         const char *word = words[i];
         bool taken;

@@ -32,6 +32,8 @@ typedef struct path_options {
     bool json, quiet;
 } path_options;
 
+/* What holds where nothing is given. */
+void options_default(path_options *options);
 /* False: a line on stderr says why. */
 bool options_parse(int count, char **words, path_options *options);
 
