@@ -33,6 +33,11 @@ typedef struct bench_options {
     const char *commit; /* a column of the CSV */
 } bench_options;
 
+typedef struct bench_error {
+    double drop_mm;     /* greatest error of a drop's height */
+    double position_mm; /* and of a whole position */
+} bench_error;
+
 /* ---- what is worked on --------------------------------------------------------------------- */
 
 /* Triangles as given to btg_part_create: for answers without the library. */
@@ -50,6 +55,8 @@ typedef struct bench_subject {
     double build_seconds;
     double *feet; /* x, y pairs, all of them over the part */
     size_t foot_count;
+    bench_error error;    /* of the last check, */
+    double checked_to_mm; /* at this tolerance; 0: not checked yet */
 } bench_subject;
 
 /* One of the papers' surfaces: 0 convex, 1 concave, 2 saddle. */
@@ -76,14 +83,10 @@ void bench_spread(const btg_part_info *info, size_t i, double xy[2]);
  * and knows neither the library's search nor its rays. */
 double bench_brute_drop(const bench_mesh *mesh, const btg_tool *tool, btg_vec3 origin,
                         btg_vec3 axis, btg_vec3 *contact);
-/* Greatest error of a position in mm: heights, gouges, and tilts that end too early. */
-double bench_brute_error(const bench_mesh *mesh, const btg_tool *tool, const btg_solver_def *solver,
-                         const btg_position *position);
-
-typedef struct bench_error {
-    double drop_mm;     /* greatest error of a drop's height */
-    double position_mm; /* and of a whole position */
-} bench_error;
+/* Error of a position's drop height, and greatest error of all of it: gouges, and a tilt that
+ * ends too early as the clearance it leaves. */
+bench_error bench_brute_error(const bench_mesh *mesh, const btg_tool *tool,
+                              const btg_solver_def *solver, const btg_position *position);
 
 /* Positions over the first places of the subject against other answers: triangles against
  * bench_brute_error, surfaces against the `reference` back end. */

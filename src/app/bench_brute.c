@@ -262,25 +262,28 @@ static double tilt_error(const turning *t, const btg_solver_def *solver, const b
     return error;
 }
 
-double bench_brute_error(const bench_mesh *mesh, const btg_tool *tool, const btg_solver_def *solver,
-                         const btg_position *p) {
+bench_error bench_brute_error(const bench_mesh *mesh, const btg_tool *tool,
+                              const btg_solver_def *solver, const btg_position *p) {
     btg_vec3 origin = vec(p->foot_x_mm, p->foot_y_mm, 0);
     double height = bench_brute_drop(mesh, tool, origin, vec(0, 0, 1), NULL);
-    if (p->status == BTG_NO_CONTACT) return height > -INFINITY ? INFINITY : 0;
-    double error = fabs(p->drop_z_mm - height);
+    double drop = fabs(p->drop_z_mm - height);
+    if (p->status == BTG_NO_CONTACT) drop = height > -INFINITY ? INFINITY : 0;
+    bench_error error = {drop, drop};
     double major = tool->def.major_radius_mm, minor = tool->def.minor_radius_mm;
-    if (!(error < INFINITY) || major == 0 || minor == 0) return error;
+    if (!(drop < INFINITY) || major == 0 || minor == 0 || p->status == BTG_NO_CONTACT) return error;
     turning t = {.tool = tool, .w = vec(0, 0, 1)};
     btg_vec3 centre = vec(p->foot_x_mm, p->foot_y_mm, p->drop_z_mm);
     btg_vec3 arm = vec_sub(centre, p->p.point);
     arm.z = 0;
     /* A first contact on the flat leaves no tilt. */
-    if (tool->def.profile == BTG_PROFILE_BULLNOSE && vec_norm(arm) <= major) return error;
+    bool flat = tool->def.profile == BTG_PROFILE_BULLNOSE && vec_norm(arm) <= major;
+    if (flat) return error;
     t.v = vec_unit(arm);
     t.u = vec_cross(t.v, t.w);
     t.o1 = vec_mad(centre, t.v, -major);
-    if (!gather(&t, mesh)) return INFINITY;
-    error = fmax(error, tilt_error(&t, solver, p));
+    error.position_mm = INFINITY;
+    if (!gather(&t, mesh)) return error;
+    error.position_mm = fmax(drop, tilt_error(&t, solver, p));
     free(t.mesh.indices);
     return error;
 }

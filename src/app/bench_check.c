@@ -85,6 +85,11 @@ static btg_status solve(const bench_subject *s, const btg_tool *tool, const btg_
     return status < 0 ? status : BTG_OK;
 }
 
+/* A number that is none counts as wrong. */
+static double worst(double a, double b) {
+    return b <= a ? a : b < INFINITY ? b : INFINITY;
+}
+
 static btg_status by_reference(const bench_subject *s, const btg_tool *tool,
                                const btg_solver_def *solver, size_t count, btg_position *positions,
                                bench_error *error, btg_message *message) {
@@ -102,8 +107,8 @@ static btg_status by_reference(const bench_subject *s, const btg_tool *tool,
         double drop = fabs(positions[i].drop_z_mm - others[i].drop_z_mm);
         double whole = bench_difference(tool, solver, &positions[i], &others[i]);
         if (!(drop < INFINITY)) drop = whole; /* NaN: neither touches, or one of them alone */
-        error->drop_mm = fmax(error->drop_mm, drop);
-        error->position_mm = fmax(error->position_mm, whole);
+        error->drop_mm = worst(error->drop_mm, drop);
+        error->position_mm = worst(error->position_mm, whole);
     }
     return BTG_OK;
 }
@@ -111,14 +116,9 @@ static btg_status by_reference(const bench_subject *s, const btg_tool *tool,
 static void by_triangles(const bench_subject *s, const btg_tool *tool, const btg_solver_def *solver,
                          size_t count, const btg_position *positions, bench_error *error) {
     for (size_t i = 0; i < count; i++) {
-        const btg_position *p = &positions[i];
-        btg_vec3 foot = vec(p->foot_x_mm, p->foot_y_mm, 0);
-        double height = bench_brute_drop(&s->mesh, tool, foot, vec(0, 0, 1), NULL);
-        double drop = fabs(p->drop_z_mm - height);
-        double whole = bench_brute_error(&s->mesh, tool, solver, p);
-        if (!(drop < INFINITY)) drop = whole;
-        error->drop_mm = fmax(error->drop_mm, drop);
-        error->position_mm = fmax(error->position_mm, whole);
+        bench_error e = bench_brute_error(&s->mesh, tool, solver, &positions[i]);
+        error->drop_mm = worst(error->drop_mm, e.drop_mm);
+        error->position_mm = worst(error->position_mm, e.position_mm);
     }
 }
 

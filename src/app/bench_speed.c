@@ -11,10 +11,11 @@
 #include <unistd.h>
 
 /* Positions checked before a measurement. */
-#define CHECKED       12
-#define CHECKED_QUICK 4
+#define CHECKED        12
+#define CHECKED_FEW    4 /* in haste, or where each takes long: */
+#define MANY_TRIANGLES 500000
 /* What the independent answers themselves are good to, mm. */
-#define CHECK_ERROR_MM 1e-8
+#define CHECK_ERROR_MM 2e-9
 /* Runs of all measurements together with their warm-ups are about so many; latencies and checks
  * take the rest of the time. */
 #define SLICES 520
@@ -188,7 +189,7 @@ static btg_status halves(work *w, const double *xy, uint32_t nodes[2], double se
 
 static btg_status mean_nodes(work *w, double *drop, double *both) {
     double sum[2] = {0, 0};
-    size_t n = w->subject->foot_count < 256 ? w->subject->foot_count : 256;
+    size_t n = w->subject->foot_count < 128 ? w->subject->foot_count : 128;
     for (size_t i = 0; i < n; i++) {
         uint32_t nodes[2];
         btg_status status = halves(w, w->subject->feet + 2 * i, nodes, NULL);
@@ -201,10 +202,11 @@ static btg_status mean_nodes(work *w, double *drop, double *both) {
     return BTG_OK;
 }
 
-static btg_status check(bench *b, const bench_subject *s, const btg_solver_def *solver,
-                        bench_error *error) {
-    size_t n = b->options->quick ? CHECKED_QUICK : CHECKED;
-    return bench_check(s, &b->tool, solver, n, error, &b->message);
+static btg_status check(bench *b, bench_subject *s, const btg_solver_def *solver) {
+    if (s->checked_to_mm == solver->tolerance_mm) return BTG_OK;
+    size_t n = b->options->quick || s->mesh.triangle_count > MANY_TRIANGLES ? CHECKED_FEW : CHECKED;
+    s->checked_to_mm = solver->tolerance_mm;
+    return bench_check(s, &b->tool, solver, n, &s->error, &b->message);
 }
 
 static btg_status timed(bench *b, bench_job job, void *user, bench_row *row) {
@@ -218,16 +220,15 @@ static btg_status timed(bench *b, bench_job job, void *user, bench_row *row) {
 }
 
 /* Two rows: drops, and whole positions. */
-static btg_status drops_and_positions(bench *b, const bench_subject *s, bench_measure measure,
+static btg_status drops_and_positions(bench *b, bench_subject *s, bench_measure measure,
                                       const btg_solver_def *solver, bool drops_only) {
     work w;
-    bench_error error;
     show(b, s, measure);
-    btg_status status = check(b, s, solver, &error);
+    btg_status status = check(b, s, solver);
     if (status == BTG_OK) status = work_begin(b, s, solver, &w);
     if (status != BTG_OK) return status;
-    bench_row drops = row_of(s, measure, "drop", solver, error.drop_mm);
-    bench_row positions = row_of(s, measure, "position", solver, error.position_mm);
+    bench_row drops = row_of(s, measure, "drop", solver, s->error.drop_mm);
+    bench_row positions = row_of(s, measure, "position", solver, s->error.position_mm);
     btg_part_info info;
     btg_part_get_info(s->part, &info);
     if (measure == BENCH_TRIANGLES) {
@@ -269,13 +270,17 @@ static btg_status sample(bench *b, work *w, samples *all) {
     return BTG_OK;
 }
 
-static btg_status keep_latency(bench *b, const bench_subject *s, const bench_error *error,
-                               samples *all) {
+static btg_status keep_latency(bench *b, const bench_subject *s, samples *all) {
     static const char *const operation[2] = {"drop", "position"};
     for (int i = 0; i < 2; i++) {
-        double worst = i == 0 ? error->drop_mm : error->position_mm;
+        double worst = i == 0 ? s->error.drop_mm : s->error.position_mm;
         bench_row row = row_of(s, BENCH_LATENCY, operation[i], &b->solver, worst);
         if (row.ok) {
+            double seconds = 0;
+            for (size_t k = 0; k < all->count; k++)
+                seconds += 1e-6 * all->values[2 * i][k];
+            double rate = (double)all->count / seconds;
+            row.rate = (bench_rate){1, all->count, seconds, rate, rate, rate};
             row.latency_positions = all->count;
             row.latency_us = bench_quantiles_of(all->values[2 * i], all->count);
             row.latency_nodes = bench_quantiles_of(all->values[2 * i + 1], all->count);
@@ -286,12 +291,11 @@ static btg_status keep_latency(bench *b, const bench_subject *s, const bench_err
     return BTG_OK;
 }
 
-static btg_status latency(bench *b, const bench_subject *s) {
+static btg_status latency(bench *b, bench_subject *s) {
     work w;
-    bench_error error;
     samples all = {0};
     show(b, s, BENCH_LATENCY);
-    btg_status status = check(b, s, &b->solver, &error);
+    btg_status status = check(b, s, &b->solver);
     if (status == BTG_OK) status = work_begin(b, s, &b->solver, &w);
     if (status != BTG_OK) return status;
     for (int i = 0; i < 4; i++) {
@@ -304,7 +308,7 @@ static btg_status latency(bench *b, const bench_subject *s) {
         btg_fail(&b->message, status, "bench: %s: no answer (%s)", s->name,
                  btg_status_name(status));
     } else {
-        status = keep_latency(b, s, &error, &all);
+        status = keep_latency(b, s, &all);
     }
     for (int i = 0; i < 4; i++)
         free(all.values[i]);
@@ -372,10 +376,9 @@ static btg_status threads_row(bench *b, const bench_subject *s, uint32_t threads
     return status < 0 ? status : keep(b, &row);
 }
 
-static btg_status threads(bench *b, const bench_subject *s) {
-    bench_error error;
+static btg_status threads(bench *b, bench_subject *s) {
     show(b, s, BENCH_THREADS);
-    btg_status status = check(b, s, &b->solver, &error);
+    btg_status status = check(b, s, &b->solver);
     if (status != BTG_OK) return status;
     batch x = {.xy = malloc(2 * BATCH * sizeof *x.xy),
                .positions = malloc(BATCH * sizeof *x.positions)};
@@ -386,7 +389,7 @@ static btg_status threads(bench *b, const bench_subject *s) {
         memcpy(x.xy + 2 * i, s->feet + 2 * (i % s->foot_count), 2 * sizeof *x.xy);
     double one = NAN;
     for (uint32_t n = 1; n <= 2 && status == BTG_OK; n++)
-        status = threads_row(b, s, n, error.position_mm, &x, expected, &one);
+        status = threads_row(b, s, n, s->error.position_mm, &x, expected, &one);
     free(x.xy);
     free(x.positions);
     free(expected);
@@ -440,13 +443,12 @@ static btg_status path_error(walk *k, double *error_mm) {
     return BTG_OK;
 }
 
-static btg_status path(bench *b, const bench_subject *s) {
+static btg_status path(bench *b, bench_subject *s) {
     static const char *const operation[2] = {"position", "follow"};
     walk k = {0};
-    bench_error error;
     btg_part_info info;
     show(b, s, BENCH_PATH);
-    btg_status status = check(b, s, &b->solver, &error);
+    btg_status status = check(b, s, &b->solver);
     if (status == BTG_OK) status = work_begin(b, s, &b->solver, &k.work);
     if (status != BTG_OK) return status;
     btg_part_get_info(s->part, &info);
@@ -455,10 +457,11 @@ static btg_status path(bench *b, const bench_subject *s) {
     k.y0 = info.box_min.y;
     k.count = length / PATH_STEP < PATH_MAX ? (size_t)(length / PATH_STEP) + 1 : PATH_MAX;
     k.step = length / (double)k.count;
-    status = path_error(&k, &error.position_mm);
+    double error_mm = s->error.position_mm;
+    status = path_error(&k, &error_mm);
     double cold = NAN;
     for (int i = 0; i < 2 && status >= 0; i++) {
-        bench_row row = row_of(s, BENCH_PATH, operation[i], &b->solver, error.position_mm);
+        bench_row row = row_of(s, BENCH_PATH, operation[i], &b->solver, error_mm);
         row.limit_mm += b->solver.tolerance_mm; /* two answers, each as good as asked */
         row.ok = row.max_error_mm <= row.limit_mm;
         k.follow = i == 1;
@@ -473,7 +476,7 @@ static btg_status path(bench *b, const bench_subject *s) {
 
 /* ---- the standard work --------------------------------------------------------------------- */
 
-static btg_status tolerances(bench *b, const bench_subject *s) {
+static btg_status tolerances(bench *b, bench_subject *s) {
     static const double mm[3] = {1e-3, 1e-6, 1e-9};
     btg_status status = BTG_OK;
     for (int i = 0; i < 3 && status == BTG_OK; i++) {
