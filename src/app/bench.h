@@ -1,6 +1,7 @@
-/* `bitangent bench`: what its files share. cmd_bench.c reads the command line, bench_work.c makes
- * the parts, bench_check.c and bench_brute.c hold answers against independent ones, bench_time.c
- * measures, bench_speed.c says what is measured, bench_report.c writes it down. */
+/* `bitangent bench`: what its files share. cmd_bench.c reads the command line, bench_speed.c says
+ * what is measured, bench_measure.c and bench_batch.c measure it, bench_time.c with the clock,
+ * bench_work.c makes the parts, bench_check.c and bench_brute.c hold answers against independent
+ * ones, bench_report.c writes all of it down. */
 #ifndef BTG_APP_BENCH_H
 #define BTG_APP_BENCH_H
 
@@ -152,7 +153,7 @@ typedef struct bench_rows {
  * code. */
 int bench_speed(const bench_options *options, bench_rows *rows);
 
-/* The length of a run and how many there are. */
+/* The length of a run, s, and how many there are. */
 double bench_slice(const bench_options *options);
 int bench_runs(const bench_options *options);
 

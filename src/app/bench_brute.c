@@ -248,6 +248,7 @@ static double lever(const turning *t, double beta, btg_vec3 point) {
 
 static double tilt_error(const turning *t, const btg_solver_def *solver, const btg_position *p) {
     double minor = t->tool->def.minor_radius_mm;
+    if (!vec_finite(p->tip) || !vec_finite(p->axis) || !isfinite(p->tilt_rad)) return INFINITY;
     bool single = p->status == BTG_SINGLE_CONTACT;
     double beta = single ? 0 : p->tilt_rad, most = solver->max_tilt_rad;
     btg_vec3 centre, axis, contact;
