@@ -157,7 +157,7 @@ int bench_speed(const bench_options *options, bench_rows *rows);
 double bench_slice(const bench_options *options);
 int bench_runs(const bench_options *options);
 
-/* Returns an exit code. */
-int bench_report(const bench_options *options, const bench_rows *rows);
+/* `csv` is open where there is one to write. Returns an exit code. */
+int bench_report(const bench_options *options, const bench_rows *rows, btg_output *csv);
 
 #endif

@@ -216,10 +216,10 @@ static bool gather(turning *t, const bench_mesh *mesh) {
     return true;
 }
 
-/* The largest turn from beta on, up to `most`, before the tool gouges; the place where it does. */
+/* The largest turn from beta on, up to `most`, before the tool gouges, and the place where it then
+ * does. */
 static double free_turn(const turning *t, double beta, double most, btg_vec3 *contact) {
     double clear = 0, turn = TURN_MIN;
-    *contact = t->o1;
     while (depth(t, fmin(beta + turn, most), contact) <= GOUGE_MIN) {
         if (beta + turn >= most) return most - beta;
         clear = turn;
@@ -233,6 +233,7 @@ static double free_turn(const turning *t, double beta, double most, btg_vec3 *co
             turn = middle;
         }
     }
+    depth(t, fmin(beta + turn, most), contact);
     return clear;
 }
 

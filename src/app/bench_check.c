@@ -6,6 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* A number that is none counts as wrong. */
+static double worst(double a, double b) {
+    return b <= a ? a : b < INFINITY ? b : INFINITY;
+}
+
 /* The pseudo-insert's centre and axis of a position as dropped. */
 static bool insert_of(const btg_tool *tool, const btg_position *p, btg_vec3 *o1, btg_vec3 *u) {
     btg_vec3 centre = vec(p->foot_x_mm, p->foot_y_mm, p->drop_z_mm);
@@ -40,8 +45,7 @@ double bench_difference(const btg_tool *tool, const btg_solver_def *solver, cons
     /* One of them alone has a second contact: that one says what the turn means. */
     if (arm == 0) arm = fmax(lever(tool, a), lever(tool, b));
     double turn = fabs(turned(solver, a) - turned(solver, b));
-    double error = fmax(drop, arm * turn);
-    return error < INFINITY ? error : INFINITY;
+    return worst(worst(0, drop), arm * turn);
 }
 
 /* ---- the same bits ------------------------------------------------------------------------- */
@@ -83,11 +87,6 @@ static btg_status solve(const bench_subject *s, const btg_tool *tool, const btg_
     }
     free(workspace);
     return status < 0 ? status : BTG_OK;
-}
-
-/* A number that is none counts as wrong. */
-static double worst(double a, double b) {
-    return b <= a ? a : b < INFINITY ? b : INFINITY;
 }
 
 static btg_status by_reference(const bench_subject *s, const btg_tool *tool,

@@ -41,8 +41,7 @@ void bench_show(bench *b, const bench_subject *s, bench_measure measure) {
 static void complain(bench *b, const bench_row *row) {
     if (b->shown) fprintf(stderr, "\r\033[K");
     b->wrong = true;
-    app_complain(APP_FAILED,
-                 "bench: %s, %s of %s: wrong by %.3g mm, %.3g allowed; no figure, see 'tools/test'",
+    app_complain(APP_FAILED, "bench: %s, %s on %s: off by %.3g mm, %.3g allowed; no figure",
                  bench_measure_name[row->measure], row->operation, row->surface, row->max_error_mm,
                  row->limit_mm);
 }

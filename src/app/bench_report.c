@@ -217,7 +217,7 @@ static void print_row(FILE *file, const bench_row *r) {
         print_value(file, 10, "f", r->rate.median);
         print_value(file, 10, "f", r->rate.max);
         print_value(file, 9, "e", r->max_error_mm);
-        print_value(file, 8, "f", r->nodes);
+        print_value(file, 8, "f", r->ok ? r->nodes : NAN);
     }
     print_note(file, r);
     fprintf(file, "\n");
@@ -258,21 +258,17 @@ static void print_tables(FILE *file, const bench_options *o, const bench_rows *r
 
 /* ---- all of it ----------------------------------------------------------------------------- */
 
-static btg_status save_csv(const bench_options *o, const bench_rows *rows, btg_message *message) {
-    btg_output out;
-    btg_status status = btg_output_open(&out, o->csv, message);
-    if (status != BTG_OK) return status;
-    write_csv(&out, o, rows);
-    status = btg_output_finish(&out, message);
-    if (status == BTG_OK) status = btg_output_commit(&out, message);
-    btg_output_discard(&out);
-    return status;
+static btg_status save_csv(const bench_options *o, const bench_rows *rows, btg_output *csv,
+                           btg_message *message) {
+    write_csv(csv, o, rows);
+    btg_status status = btg_output_finish(csv, message);
+    return status == BTG_OK ? btg_output_commit(csv, message) : status;
 }
 
-int bench_report(const bench_options *o, const bench_rows *rows) {
+int bench_report(const bench_options *o, const bench_rows *rows, btg_output *csv) {
     btg_message message;
-    btg_status status = o->csv ? save_csv(o, rows, &message) : BTG_OK;
-    bool taken = o->csv && strcmp(o->csv, "-") == 0;
+    btg_status status = o->csv ? save_csv(o, rows, csv, &message) : BTG_OK;
+    bool taken = o->csv && csv->standard;
     btg_output out = btg_output_borrow(taken ? stderr : stdout);
     if (o->path.json) {
         write_json(&out, o, rows);

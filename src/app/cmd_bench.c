@@ -180,12 +180,18 @@ int app_bench(int count, char **list) {
         o.measure[m] = true;
     if (!parse(&o, count, list)) return APP_UNUSABLE;
     if (o.path.help) return app_help("bench");
+    btg_output csv = {0};
+    btg_message message;
+    /* Opened first: a file that cannot be written shows before the work. */
+    if (o.csv && btg_output_open(&csv, o.csv, &message) != BTG_OK)
+        return app_complain(APP_FAILED, "%s", message.text);
     int code = bench_speed(&o, &rows);
     /* Wrong answers are part of the report. */
     if (code != APP_UNUSABLE && rows.count > 0) {
-        int reported = bench_report(&o, &rows);
+        int reported = bench_report(&o, &rows, &csv);
         if (code == APP_DONE) code = reported;
     }
+    btg_output_discard(&csv);
     free(rows.list);
     return code;
 }

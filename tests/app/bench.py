@@ -1,0 +1,211 @@
+"""`bitangent bench` from outside: what it writes, and what it refuses. Says nothing about speed.
+
+    python3 bench.py PATH_OF_BITANGENT [unittest's own options]
+"""
+
+import csv
+import io
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PROGRAM = ""
+ASSETS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "assets")
+SADDLE = os.path.join(ASSETS, "saddle.gltf")
+
+FIXED = ("backend", "method", "surface", "positions", "seconds", "positions_per_second",
+         "max_error_mm")
+MEASURES = {"speed", "latency", "triangles", "degree", "threads", "tolerance", "path"}
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.dir = self.folder.name
+
+    def at(self, name):
+        return os.path.join(self.dir, name)
+
+    def run_program(self, *words):
+        return subprocess.run([PROGRAM, "bench", *words], stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, timeout=500,
+                              check=False)
+
+    def good(self, *words):
+        done = self.run_program(*words)
+        self.assertEqual((done.returncode, done.stderr), (0, b""), words)
+        return done.stdout.decode()
+
+    def rows(self, *words):
+        return json.loads(self.good("--quick", "--json", *words))["rows"]
+
+    def bad(self, *words, say=""):
+        done = self.run_program(*words)
+        text = done.stderr.decode()
+        self.assertEqual((done.returncode, done.stdout), (2, b""), (words, text))
+        self.assertEqual(text.count("\n"), 1, (words, text))
+        self.assertTrue(text.startswith("bitangent: "), text)
+        self.assertIn(say, text, words)
+        self.assertEqual(os.listdir(self.dir), self.kept, words)
+
+    kept = []
+
+    def check_row(self, row):
+        for key in FIXED:
+            self.assertIn(key, row)
+        self.assertIn(row["measure"], MEASURES)
+        self.assertEqual((row["backend"], row["method"], row["ok"]), ("cpu", "vcrf", True))
+        self.assertGreater(row["positions"], 0)
+        self.assertGreater(row["seconds"], 0)
+        rate = row["positions_per_second"]
+        self.assertTrue(math.isclose(rate, row["positions"] / row["seconds"], rel_tol=1e-9))
+        self.assertLessEqual(row["positions_per_second_min"], rate)
+        self.assertGreaterEqual(row["positions_per_second_max"], rate)
+        self.assertGreaterEqual(row["max_error_mm"], 0)
+        self.assertLessEqual(row["max_error_mm"], row["limit_mm"])
+        # Along a path two answers are compared, each as good as asked.
+        most = (2 if row["measure"] == "path" else 1) * row["tolerance_mm"]
+        self.assertLessEqual(row["limit_mm"], most + 1e-8)
+
+
+class Standard(Case):
+    def test_all(self):
+        """One run of everything: the rows, and the same rows as CSV."""
+        table = self.at("out.csv")
+        rows = self.rows("--csv", table, "--commit", 'a,b "c"')
+        self.assertEqual({row["measure"] for row in rows}, MEASURES)
+        for row in rows:
+            self.check_row(row)
+        by = lambda measure: [row for row in rows if row["measure"] == measure]
+        self.assertEqual([(r["surface"], r["operation"]) for r in by("speed")],
+                         [(s, o) for s in ("saddle", "saddle 100x100")
+                          for o in ("drop", "position")])
+        self.assertEqual([r["triangles"] for r in by("speed")], [None, None, 20000, 20000])
+        for row in by("latency"):
+            self.assertEqual(row["latency_positions"], row["positions"])
+            for kind in ("latency_us_", "nodes_"):
+                values = [row[kind + p] for p in ("p50", "p99", "p999", "max")]
+                self.assertEqual(values, sorted(values))
+                self.assertGreater(values[0], 0)
+        self.assertEqual([r["triangles"] for r in by("triangles")], [10082, 100352])
+        for row in by("triangles"):
+            self.assertGreater(row["build_triangles_per_second"], 0)
+            self.assertGreater(row["bytes_per_triangle"], 24)
+        self.assertEqual([r["degree"] for r in by("degree")], [2, 2, 9, 9])
+        self.assertEqual([r["threads"] for r in by("threads")], [1, 2])
+        self.assertEqual(by("threads")[0]["ratio"], 1)
+        self.assertEqual(sorted({r["tolerance_mm"] for r in by("tolerance")}), [1e-9, 1e-6, 1e-3])
+        self.assertEqual([r["operation"] for r in by("path")], ["position", "follow"])
+        with open(table, newline="", encoding="utf-8") as file:
+            written = list(csv.DictReader(file))
+        self.assertEqual(len(written), len(rows))
+        for a, b in zip(written, rows, strict=True):
+            self.assertEqual(a["commit"], 'a,b "c"')
+            self.assertTrue(a["machine"])
+            self.assertEqual(a["ok"], "yes")
+            for key, value in b.items():
+                if value is None:
+                    self.assertEqual(a[key], "")
+                elif not isinstance(value, (str, bool)):
+                    self.assertTrue(math.isclose(float(a[key]), value, rel_tol=1e-5), key)
+
+    def test_text(self):
+        text = self.good("--quick", "--speed", "--seconds", "0.5", "--only", "speed,path")
+        for word in ("saddle 100x100", "median/s", "error, mm", "Path"):
+            self.assertIn(word, text)
+        self.assertNotIn("Degree", text)
+        self.assertEqual(self.good("--quick", "--seconds=0.5", "--quiet", "--only", "path"), "")
+        text = self.good("--quick", "--seconds", "0.5", "--quiet", "--only", "path", "--csv", "-")
+        self.assertEqual(len(list(csv.DictReader(io.StringIO(text)))), 2)
+
+    def test_wrong(self):
+        """A search that is cut short answers too high: no figure, and the work has failed."""
+        done = self.run_program("--quick", "--only", "speed,path", "--json", "--node-budget", "3")
+        self.assertEqual(done.returncode, 1)
+        lines = done.stderr.decode().splitlines()
+        rows = json.loads(done.stdout)["rows"]
+        self.assertEqual(len(lines), len(rows))
+        for line, row in zip(lines, rows, strict=True):
+            self.assertRegex(line, r"^bitangent: bench: .* off by .* no figure$")
+            self.assertIs(row["ok"], False)
+            self.assertFalse(row["max_error_mm"] is not None
+                             and row["max_error_mm"] <= row["limit_mm"])
+            for key in ("seconds", "positions_per_second", "nodes"):
+                self.assertIsNone(row[key])
+
+    def test_help(self):
+        self.assertIn("--only", self.good("--help"))
+
+
+class Parts(Case):
+    def test_part(self):
+        points = self.at("points.txt")
+        with open(points, "w", encoding="ascii") as file:
+            file.write("75 75\n-500 0\n10 140\n")
+        for more, triangles in ((), None), (("--use-mesh",), 512):
+            rows = self.rows(SADDLE, "--points", points, "--tool", "5,3,bullnose", *more,
+                             "--tolerance", "1e-3", "--seconds", "0.5")
+            self.assertEqual({r["measure"] for r in rows}, MEASURES - {"triangles", "degree"})
+            for row in rows:
+                self.check_row(row)
+                self.assertEqual(row["surface"], "saddle.gltf")
+                self.assertEqual(row["triangles"], triangles)
+                self.assertEqual((row["major_radius_mm"], row["minor_radius_mm"]), (5, 3))
+
+    def test_tools(self):
+        """Answers are checked for every kind of tool."""
+        for tool in ("0,6", "8,0,bullnose", "10,0.5", "1,9,bullnose"):
+            # A sharp rim on a smooth surface may spend the search's budget: not the bench's fault.
+            for mesh in ([["--use-mesh"]] if ",0," in tool else [[], ["--use-mesh"]]):
+                for row in self.rows(SADDLE, "--tool", tool, "--only", "speed",
+                                     "--seconds", "0.1", *mesh):
+                    self.check_row(row)
+
+
+class Refusals(Case):
+    def test_command_line(self):
+        self.bad("--fast", say="--fast")
+        self.bad("--quick=1", say="takes no value")
+        self.bad("--csv", say="needs a value")
+        self.bad("--csv=", say="empty")
+        self.bad("", say="empty")
+        for word in ("", "speed,", "sped", "speed,,path", "speed path"):
+            self.bad("--only", word, say="--only")
+        for word in ("0", "-1", "nan", "x", "1e9", ""):
+            self.bad("--seconds", word, say="--seconds")
+        self.bad("--tolerance", "2", say="--tolerance")
+        self.bad("--tool", "1", say="--tool")
+        self.bad("--side-step", "1", say="unknown option")
+        self.bad("--only", "degree", SADDLE, say="without a part")
+        self.bad("--points", "x", say="--points")
+        self.bad("--json", "--csv", "-", say="standard output")
+        self.bad(*[SADDLE] * 17, say="more than 16")
+        for word in ("--backends", "--papers"):
+            self.bad(word, say="not in this version")
+
+    def test_files(self):
+        self.bad(self.at("none.gltf"), say="none.gltf")
+        with open(self.at("bad.gltf"), "w", encoding="ascii") as file:
+            file.write("{")
+        self.kept = ["bad.gltf"]
+        self.bad(self.at("bad.gltf"), say="bad.gltf")
+        self.bad(SADDLE, "--points", self.at("none.txt"), say="none.txt")
+        with open(self.at("bad.gltf"), "w", encoding="ascii") as file:
+            file.write("1000 1000\n")
+        self.bad(SADDLE, "--points", self.at("bad.gltf"), say="no place")
+
+    def test_unwritable(self):
+        """Found out before the work, not after it."""
+        done = self.run_program("--quick", "--csv", self.at("none/out.csv"))
+        self.assertEqual((done.returncode, done.stdout), (1, b""))
+        self.assertEqual(done.stderr.count(b"\n"), 1)
+
+
+if __name__ == "__main__":
+    PROGRAM = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
