@@ -22,7 +22,8 @@ static bool is_later_command(const char *word) {
 int main(int count, char **words) {
     btg_output_guard();
     if (count < 2) {
-        return app_complain(APP_UNUSABLE, "no command; give path, bench or info, see 'bitangent help'");
+        return app_complain(APP_UNUSABLE,
+                            "no command; give path, bench or info, see 'bitangent help'");
     }
     const char *command = words[1];
     if (is(command, "path")) return app_path(count - 2, words + 2);
