@@ -89,6 +89,22 @@ static btg_status solve(const bench_subject *s, const btg_tool *tool, const btg_
     return status < 0 ? status : BTG_OK;
 }
 
+/* How far the contacts are from the cutter as it is finally placed: what puts answers together is
+ * not the reference's own. */
+static double off_tool(const btg_tool *tool, const btg_position *p) {
+    double major = tool->def.major_radius_mm, minor = tool->def.minor_radius_mm, error = 0;
+    btg_vec3 centre = vec_mad(p->tip, p->axis, minor);
+    for (int i = 0; i < 2; i++) {
+        if (i == 1 && p->status != BTG_OK && p->status != BTG_OSCULATING) break;
+        btg_vec3 arm = vec_sub(i == 0 ? p->p.point : p->q.point, centre);
+        double height = vec_dot(arm, p->axis);
+        double beyond = vec_norm(vec_mad(arm, p->axis, -height)) - major;
+        if (tool->def.profile == BTG_PROFILE_BULLNOSE) beyond = fmax(beyond, 0);
+        error = worst(error, fabs(hypot(beyond, height) - minor));
+    }
+    return error;
+}
+
 static btg_status by_reference(const bench_subject *s, const btg_tool *tool,
                                const btg_solver_def *solver, size_t count, btg_position *positions,
                                bench_error *error, btg_message *message) {
@@ -105,6 +121,8 @@ static btg_status by_reference(const bench_subject *s, const btg_tool *tool,
     for (size_t i = 0; i < count; i++) {
         double drop = fabs(positions[i].drop_z_mm - others[i].drop_z_mm);
         double whole = bench_difference(tool, solver, &positions[i], &others[i]);
+        bool touches = positions[i].status != BTG_NO_CONTACT && positions[i].status != BTG_BUDGET;
+        if (touches) whole = worst(whole, off_tool(tool, &positions[i]));
         if (!(drop < INFINITY)) drop = whole; /* NaN: neither touches, or one of them alone */
         error->drop_mm = worst(error->drop_mm, drop);
         error->position_mm = worst(error->position_mm, whole);
