@@ -110,6 +110,7 @@ typedef struct bench_rate {
     size_t count;            /* units in a run */
     double seconds;          /* of the median run */
     double min, median, max; /* units a second */
+    double processors;       /* that worked at it, of those it could use; less: others were busy */
 } bench_rate;
 
 /* Warms up, then `runs` runs of about `slice` seconds, all of the same work. */

@@ -58,7 +58,7 @@ bench_row bench_row_of(const bench_subject *s, bench_measure measure, const char
                      .triangles = s->mesh.triangle_count,
                      .max_error_mm = error_mm,
                      .limit_mm = solver->tolerance_mm + CHECK_ERROR_MM,
-                     .rate = {0, 0, NAN, NAN, NAN, NAN},
+                     .rate = {0, 0, NAN, NAN, NAN, NAN, NAN},
                      .latency_us = {NAN, NAN, NAN, NAN},
                      .latency_nodes = {NAN, NAN, NAN, NAN},
                      .nodes = NAN,
@@ -247,7 +247,7 @@ static btg_status keep_latency(bench *b, const bench_subject *s, samples *all) {
             for (size_t k = 0; k < all->count; k++)
                 seconds += 1e-6 * all->values[2 * i][k];
             double rate = (double)all->count / seconds;
-            row.rate = (bench_rate){1, all->count, seconds, rate, rate, rate};
+            row.rate = (bench_rate){1, all->count, seconds, rate, rate, rate, NAN};
             row.latency_positions = all->count;
             row.latency_us = bench_quantiles_of(all->values[2 * i], all->count);
             row.latency_nodes = bench_quantiles_of(all->values[2 * i + 1], all->count);

@@ -37,7 +37,7 @@ typedef struct column {
     double value; /* NaN: none */
 } column;
 
-#define COLUMNS 27
+#define COLUMNS 28
 
 static double count_of(size_t n) {
     return n > 0 ? (double)n : NAN;
@@ -55,6 +55,7 @@ static void columns_of(const bench_row *r, column out[COLUMNS]) {
         {"positions_per_second_min", r->rate.min},
         {"positions_per_second_max", r->rate.max},
         {"runs", count_of((size_t)r->rate.runs)},
+        {"processors", r->rate.processors},
         {"max_error_mm", r->max_error_mm},
         {"limit_mm", r->limit_mm},
         {"nodes", r->ok ? r->nodes : NAN},
@@ -173,6 +174,9 @@ static const char *const title[BENCH_MEASURES] = {"Speed",
                                                   "Tolerance",
                                                   "Path: each position from its neighbour"};
 
+/* Below this part of the processors that a row could use, others took them. */
+#define UNDISTURBED 0.95
+
 static void print_note(FILE *file, const bench_row *r) {
     if (!r->ok) {
         fprintf(file, "  WRONG");
@@ -187,6 +191,8 @@ static void print_note(FILE *file, const bench_row *r) {
     } else if (r->measure == BENCH_PATH) {
         fprintf(file, "  %.2f times", r->ratio);
     }
+    if (r->rate.processors < UNDISTURBED * r->threads)
+        fprintf(file, "  disturbed: had %.2f processors", r->rate.processors);
 }
 
 static void print_value(FILE *file, int width, const char *format, double value) {

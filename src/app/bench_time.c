@@ -1,13 +1,21 @@
 /* Repeated runs of one piece of work, and what a list of times says. */
+#define _GNU_SOURCE
 #include "app/app.h"
 #include "app/bench.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <time.h>
 
 #define RUNS_MAX 64
 /* Units in a run that are fewer are not doubled past this. */
 #define COUNT_MAX ((size_t)1 << 40)
+
+static double processor_seconds(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
 
 static int ascending(const void *a, const void *b) {
     double x = *(const double *)a, y = *(const double *)b;
@@ -33,12 +41,15 @@ btg_status bench_time(bench_job job, void *user, double slice, int runs, bench_r
     double seconds[RUNS_MAX];
     bench_rate r = {.runs = runs < RUNS_MAX ? runs : RUNS_MAX};
     btg_status status = warm_up(job, user, slice, &r.count);
+    double worked = processor_seconds(), all = 0;
     for (int i = 0; i < r.runs && status >= 0; i++) {
         double begin = app_seconds();
         status = job(user, r.count);
         seconds[i] = app_seconds() - begin;
+        all += seconds[i];
     }
     if (status < 0) return status;
+    r.processors = (processor_seconds() - worked) / all;
     qsort(seconds, (size_t)r.runs, sizeof *seconds, ascending);
     r.seconds = seconds[r.runs / 2];
     r.min = (double)r.count / seconds[r.runs - 1];

@@ -225,6 +225,7 @@ static void test_time(void) {
     CHECK(bench_time(count_units, &done, 1e-6, 3, &rate) == BTG_ERROR_MEMORY);
     done = 0;
     CHECK(bench_time(count_units, &done, 1e-7, 3, &rate) == BTG_OK);
+    CHECK(rate.processors >= 0);
     CHECK(rate.runs == 3 && rate.count > 0 && done > 3 * rate.count);
     CHECK(rate.min <= rate.median && rate.median <= rate.max && rate.seconds > 0);
 }
