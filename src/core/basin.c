@@ -150,11 +150,10 @@ typedef struct frame_box {
 } frame_box;
 
 /* The cell's box about a place, a triangle's about all of it. */
-static frame_box box_about(const btg_part *part, const btg_cell *cell, btg_place place,
-                           double speed_u, double speed_v) {
+static frame_box box_about(const btg_cell *cell, btg_place place, double speed_u, double speed_v) {
     double low_u = cell->u - cell->hu, high_u = cell->u + cell->hu;
     double low_v = cell->v - cell->hv, high_v = cell->v + cell->hv;
-    if (btg_is_triangle(part, cell->item)) {
+    if (cell->triangle) {
         low_u = min2(cell->u, high_u);
         low_v = min2(cell->v, high_v);
         high_u = low_u + fabs(cell->hu);
@@ -206,6 +205,15 @@ btg_basin btg_basin_make(const btg_search *search, btg_place place, uint32_t ele
     return basin;
 }
 
+static bool covers(const btg_basin *basin, const btg_region *region) {
+    const btg_cell *cell = &region->cell;
+    if (cell->item != basin->place.item) return false;
+    if (!(basin->reach > 0)) return false;
+    frame_box b = box_about(cell, basin->place, basin->speed_u, basin->speed_v);
+    double du = max2(-b.low_u, b.high_u), dv = max2(-b.low_v, b.high_v);
+    return du * du + dv * dv <= basin->reach * basin->reach;
+}
+
 /* Basins stand about the contacts of the tool as placed: made anew when that moves. */
 static void renew(btg_search *search) {
     search->basin_stale = false;
@@ -217,22 +225,11 @@ static void renew(btg_search *search) {
 }
 
 bool btg_basins_cover(btg_search *search, const btg_region *region, uint32_t element) {
-    if (region->node != BTG_REGION_CELL) return false;
+    if (region->cell.item == BTG_CELL_MANY) return false;
     if (search->basin_stale) renew(search);
     for (int i = 0; i < 2; i++)
-        if (search->basin[i].element == element &&
-            btg_basin_covers(search, &search->basin[i], region))
-            return true;
+        if (search->basin[i].element == element && covers(&search->basin[i], region)) return true;
     return false;
-}
-
-bool btg_basin_covers(const btg_search *search, const btg_basin *basin, const btg_region *region) {
-    const btg_cell *cell = &region->cell;
-    if (region->node != BTG_REGION_CELL || cell->item != basin->place.item) return false;
-    if (!(basin->reach > 0)) return false;
-    frame_box b = box_about(search->part, cell, basin->place, basin->speed_u, basin->speed_v);
-    double du = max2(-b.low_u, b.high_u), dv = max2(-b.low_v, b.high_v);
-    return du * du + dv * dv <= basin->reach * basin->reach;
 }
 
 /* ---- cells -------------------------------------------------------------------------------- */
@@ -306,7 +303,7 @@ static bool clear_from(const btg_search *search, const expansion *x, const frame
 bool btg_cell_clear_to_second_order(const btg_search *search, const btg_region *region,
                                     const btg_tool_element *e) {
     const btg_part *part = search->part;
-    btg_place place = btg_cell_place(part, &region->cell);
+    btg_place place = btg_cell_place(&region->cell);
     for (int i = 0; i < 2; i++) {
         btg_surface_point s;
         expansion x;
@@ -314,7 +311,7 @@ bool btg_cell_clear_to_second_order(const btg_search *search, const btg_region *
         btg_part_point(part, place, &s);
         if (!expand(search, e, place.item, &s, &x)) return false;
         if (x.distance < -search->tolerance) return false;
-        frame_box b = box_about(part, &region->cell, place, x.speed_u, x.speed_v);
+        frame_box b = box_about(&region->cell, place, x.speed_u, x.speed_v);
         if (clear_from(search, &x, &b, &to_u, &to_v)) return true;
         place.u += to_u / x.speed_u;
         place.v += to_v / x.speed_v;

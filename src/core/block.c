@@ -159,6 +159,53 @@ void btg_block_make(const btg_part *part, const btg_piece *piece, btg_block *blo
     lanes_store(block->radius, lanes_mad(bend, diagonal, over));
 }
 
+static void widen(const float from[3][4], lanes3_memory *to) {
+    for (int k = 0; k < 4; k++) {
+        to->x[k] = (double)from[0][k];
+        to->y[k] = (double)from[1][k];
+        to->z[k] = (double)from[2][k];
+    }
+}
+
+void btg_block_of_node(const btg_node *node, btg_block *block) {
+    widen(node->centre, &block->centre);
+    widen(node->a, &block->a);
+    widen(node->b, &block->b);
+    widen(node->uu, &block->uu);
+    widen(node->uv, &block->uv);
+    widen(node->vv, &block->vv);
+    for (int k = 0; k < 4; k++) {
+        block->error[k] = (double)node->error[k];
+        block->bend[k] = (double)node->bend[k];
+        block->radius[k] = (double)node->radius[k];
+    }
+}
+
+static void set_lane(lanes3_memory *to, int k, btg_vec3 v) {
+    to->x[k] = v.x;
+    to->y[k] = v.y;
+    to->z[k] = v.z;
+}
+
+void btg_block_of_triangles(const btg_part *part, const uint32_t *triangles, uint32_t count,
+                            btg_block *block) {
+    memset(&block->uu, 0, sizeof block->uu);
+    memset(&block->uv, 0, sizeof block->uv);
+    memset(&block->vv, 0, sizeof block->vv);
+    for (uint32_t k = 0; k < 4; k++) {
+        btg_vec3 c[3];
+        btg_triangle_corners(part, triangles[k < count ? k : 0], c);
+        btg_vec3 a = vec_scale(vec_sub(c[1], c[0]), 0.5), b = vec_scale(vec_sub(c[2], c[0]), 0.5);
+        double rounding = 1e-14 * part->scale;
+        double p = vec_norm(vec_add(a, b)), m = vec_norm(vec_sub(a, b));
+        set_lane(&block->centre, (int)k, vec_scale(vec_add(c[1], c[2]), 0.5));
+        set_lane(&block->a, (int)k, a);
+        set_lane(&block->b, (int)k, b);
+        block->error[k] = block->bend[k] = rounding;
+        block->radius[k] = max2(p, m) + rounding;
+    }
+}
+
 /* ---- bounds ------------------------------------------------------------------------------- */
 
 /* a s + b t + (uu s^2 + 2 uv s t + vv t^2) / 2. */

@@ -43,6 +43,13 @@ btg_cut btg_piece_cut(const btg_part *part, const btg_piece *piece);
 /* Cuts a piece into four. */
 void btg_block_make(const btg_part *part, const btg_piece *piece, btg_block *block);
 
+/* The four children of a tree node; of the block's fields only the first nine. */
+void btg_block_of_node(const btg_node *node, btg_block *block);
+
+/* Triangles, one to four, each as the parallelogram it is half of; fields as of a node. */
+void btg_block_of_triangles(const btg_part *part, const uint32_t *triangles, uint32_t count,
+                            btg_block *block);
+
 /* Quarter k by itself. */
 void btg_block_quarter(const btg_part *part, const btg_block *block, int k, btg_piece *piece);
 

@@ -15,16 +15,9 @@
  * error of larger ones outweighs what it wins. */
 #define SECOND_ORDER_BELOW 0.08
 
-double btg_region_reach(const btg_search *search, const btg_region *region, btg_vec3 n) {
-    if (region->node == BTG_REGION_CELL) return btg_cell_reach(search->part, &region->cell, n);
-    const float *h = search->part->nodes[region->node].half;
-    return fabs(n.x) * (double)h[0] + fabs(n.y) * (double)h[1] + fabs(n.z) * (double)h[2];
-}
-
 /* How far the region reaches from a point along unit n. */
-static double reach_from(const btg_search *search, const btg_region *region, btg_vec3 point,
-                         btg_vec3 n) {
-    return btg_region_reach(search, region, n) + vec_dot(n, vec_sub(region->cell.centre, point));
+static double reach_from(const btg_region *region, btg_vec3 point, btg_vec3 n) {
+    return btg_cell_reach(&region->cell, n) + vec_dot(n, vec_sub(region->cell.centre, point));
 }
 
 /* How much nearer than the tangent plane at a point says a hollow torus can be. Its inner side
@@ -36,18 +29,18 @@ static double hollow_bend(const btg_search *search, const btg_region *region,
                           const btg_tool_element *e, const btg_ray_distance *d, btg_vec3 point) {
     btg_vec3 radial = vec_cross(d->ring_tangent, search->at.axis);
     double r = vec_dot(vec_sub(point, search->at.centre), radial);
-    double low = r - reach_from(search, region, point, vec_scale(radial, -1));
+    double low = r - reach_from(region, point, vec_scale(radial, -1));
     if (low >= e->ring_radius_mm) return 0;
     if (low < 0) low = 0;
-    double aside = max2(reach_from(search, region, point, d->ring_tangent),
-                        reach_from(search, region, point, vec_scale(d->ring_tangent, -1)));
+    double aside = max2(reach_from(region, point, d->ring_tangent),
+                        reach_from(region, point, vec_scale(d->ring_tangent, -1)));
     double outward = sqrt(low * low + aside * aside) - low;
     double ring = d->distance + e->corner_radius_mm;
     double far = region->radius + vec_norm(vec_sub(region->cell.centre, point));
     if (!(ring > far)) return outward;
     double a = outward / (ring - far), inside = max2(e->ring_radius_mm - r, 0);
-    double along = max2(reach_from(search, region, point, d->normal),
-                        reach_from(search, region, point, vec_scale(d->normal, -1)));
+    double along = max2(reach_from(region, point, d->normal),
+                        reach_from(region, point, vec_scale(d->normal, -1)));
     double tilted = fabs(vec_dot(d->normal, radial)) * along;
     return min2(outward, a * (inside + tilted) + 0.5 * a * a * (ring + far));
 }
@@ -55,7 +48,7 @@ static double hollow_bend(const btg_search *search, const btg_region *region,
 /* The bound by the plane that touches the distance at a point of the region's own plane figure. */
 static double bound_by_plane(const btg_search *search, const btg_region *region,
                              const btg_tool_element *e, const btg_ray_distance *d, btg_vec3 point) {
-    double low = d->distance - reach_from(search, region, point, vec_scale(d->normal, -1));
+    double low = d->distance - reach_from(region, point, vec_scale(d->normal, -1));
     if (low < -search->tolerance || !e->hollow) return low;
     return low - hollow_bend(search, region, e, d, point);
 }
@@ -67,7 +60,7 @@ static double bound_by_extent(const btg_search *search, const btg_region *region
     btg_vec3 arm = vec_sub(region->cell.centre, search->at.centre), axis = search->at.axis;
     double height = vec_dot(arm, axis), r = vec_norm(vec_mad(arm, axis, -height));
     double in = e->ring_radius_mm - r - region->radius;
-    double low = -(height + btg_region_reach(search, region, axis));
+    double low = -(height + btg_cell_reach(&region->cell, axis));
     if (in < 0) in = 0;
     if (low < 0) low = 0;
     return sqrt(in * in + low * low) - e->corner_radius_mm;
@@ -81,8 +74,7 @@ static double least_place(double g, double h) {
 
 /* Where on the cell's plane figure the tool is nearest, by one Newton step from its centre: with
  * the tangent plane there, all that is left of the bound's error is the figure's own. */
-static btg_vec3 nearest_on_figure(const btg_search *search, const btg_region *region,
-                                  const btg_ray_distance *d) {
+static btg_vec3 nearest_on_figure(const btg_region *region, const btg_ray_distance *d) {
     const btg_cell *cell = &region->cell;
     double ga = vec_dot(d->normal, cell->a), gb = vec_dot(d->normal, cell->b);
     double ra = vec_dot(d->ring_tangent, cell->a), rb = vec_dot(d->ring_tangent, cell->b);
@@ -98,7 +90,7 @@ static btg_vec3 nearest_on_figure(const btg_search *search, const btg_region *re
         s = least_place(ga, haa);
         t = least_place(gb + hab * s, hbb);
     }
-    if (btg_is_triangle(search->part, cell->item)) { /* a and b start at a corner */
+    if (cell->triangle) { /* a and b start at a corner */
         s = min2(max2(s, -1.0 / 3), 2.0 / 3);
         t = min2(max2(t, -1.0 / 3), 2.0 / 3);
         double over = s + t - 1.0 / 3;
@@ -123,7 +115,6 @@ static btg_vec3 nearest_on_figure(const btg_search *search, const btg_region *re
  * leans against the rim. False: no such plane. */
 static bool own_plane(const btg_search *search, const btg_region *region, const btg_tool_element *e,
                       const btg_ray_distance *d, btg_vec3 *normal, double *distance) {
-    if (region->node != BTG_REGION_CELL) return false;
     btg_vec3 n = vec_cross(region->cell.a, region->cell.b), c = region->cell.centre;
     double length = vec_norm(n);
     if (!(length > 0)) return false;
@@ -149,18 +140,18 @@ static bool clear_as_placed(btg_search *search, const btg_region *region, uint32
     double low = bound_by_plane(search, region, e, &d, region->cell.centre);
     if (low >= -search->tolerance) return true;
     if (e->hollow && bound_by_extent(search, region, e) >= -search->tolerance) return true;
-    if (region->node != BTG_REGION_CELL) return false;
     if (e->corner_radius_mm == 0) {
         btg_vec3 n;
         double plane;
         return own_plane(search, region, e, &d, &n, &plane) &&
-               plane - btg_region_reach(search, region, vec_scale(n, -1)) >= -search->tolerance;
+               plane - btg_cell_reach(&region->cell, vec_scale(n, -1)) >= -search->tolerance;
     }
-    btg_vec3 nearest = nearest_on_figure(search, region, &d);
+    btg_vec3 nearest = nearest_on_figure(region, &d);
     btg_ray_distance near = btg_ray_tool_distance(e, search->at, nearest);
     low = bound_by_plane(search, region, e, &near, nearest);
     if (low >= -search->tolerance) return true;
-    return region->radius < SECOND_ORDER_BELOW * (e->ring_radius_mm + e->corner_radius_mm) &&
+    return region->cell.item != BTG_CELL_MANY &&
+           region->radius < SECOND_ORDER_BELOW * (e->ring_radius_mm + e->corner_radius_mm) &&
            near.distance >= -region->cell.bend && btg_cell_clear_to_second_order(search, region, e);
 }
 
@@ -176,7 +167,7 @@ static bool clear_by_ball(const btg_search *search, const btg_region *region, ui
  * the region's centre. */
 static bool clear_by_turning_plane(const btg_search *search, const btg_region *region, btg_vec3 n,
                                    double distance) {
-    if (distance - btg_region_reach(search, region, vec_scale(n, -1)) < -search->tolerance)
+    if (distance - btg_cell_reach(&region->cell, vec_scale(n, -1)) < -search->tolerance)
         return false;
     const btg_ray_query *q = &search->query;
     btg_placement start = btg_ray_place(q, 0);
@@ -187,11 +178,11 @@ static bool clear_by_turning_plane(const btg_search *search, const btg_region *r
     btg_vec3 n0 = vec_mad(vec_mad(vec_scale(q->v, nv), q->w, nw), q->u, vec_dot(n, q->u));
     double offset = vec_dot(n, vec_sub(c, search->at.centre)) - distance;
     double before = vec_dot(n0, vec_sub(c, start.centre)) - offset;
-    if (before - btg_region_reach(search, region, vec_scale(n0, -1)) < -search->tolerance)
+    if (before - btg_cell_reach(&region->cell, vec_scale(n0, -1)) < -search->tolerance)
         return false;
     btg_vec3 arm = vec_sub(c, q->o), g1 = vec_cross(n, q->u), g0 = vec_cross(n0, q->u);
-    if (vec_dot(g1, arm) + btg_region_reach(search, region, g1) <= 0) return true;
-    return vec_dot(g0, arm) - btg_region_reach(search, region, vec_scale(g0, -1)) >= 0;
+    if (vec_dot(g1, arm) + btg_cell_reach(&region->cell, g1) <= 0) return true;
+    return vec_dot(g0, arm) - btg_cell_reach(&region->cell, vec_scale(g0, -1)) >= 0;
 }
 
 static bool clear_by_turn(const btg_search *search, const btg_region *region, uint32_t element) {

@@ -4,16 +4,21 @@
 /* Rounding of a triangle's points, part of the part's scale. */
 #define ROUNDING 1e-14
 
+void btg_cell_of_child(const btg_block *block, int k, btg_cell *cell) {
+    *cell = (btg_cell){.centre = btg_block_vector(&block->centre, k),
+                       .a = btg_block_vector(&block->a, k),
+                       .b = btg_block_vector(&block->b, k),
+                       .bend = block->bend[k],
+                       .item = BTG_CELL_MANY};
+}
+
 void btg_cell_of_block(const btg_block *block, int k, btg_cell *cell) {
-    *cell = (btg_cell){btg_block_vector(&block->centre, k),
-                       btg_block_vector(&block->a, k),
-                       btg_block_vector(&block->b, k),
-                       block->u[k],
-                       block->v[k],
-                       block->hu,
-                       block->hv,
-                       block->bend[k],
-                       block->whole.item};
+    btg_cell_of_child(block, k, cell);
+    cell->u = block->u[k];
+    cell->v = block->v[k];
+    cell->hu = block->hu;
+    cell->hv = block->hv;
+    cell->item = block->whole.item;
 }
 
 void btg_cell_of_triangle(const btg_part *part, const btg_piece *piece, btg_cell *cell) {
@@ -24,6 +29,7 @@ void btg_cell_of_triangle(const btg_part *part, const btg_piece *piece, btg_cell
     cell->v = piece->v;
     cell->hu = cell->hv = piece->hu;
     cell->item = piece->item;
+    cell->triangle = true;
     cell->bend = ROUNDING * part->scale;
     cell->a = vec_scale(a, piece->hu);
     cell->b = vec_scale(b, piece->hu);
@@ -48,8 +54,8 @@ void btg_triangle_cut(const btg_piece *piece, btg_piece quarter[4]) {
     quarter[3].hu = quarter[3].hv = -h;
 }
 
-double btg_cell_radius(const btg_part *part, const btg_cell *cell) {
-    if (!btg_is_triangle(part, cell->item)) {
+double btg_cell_radius(const btg_cell *cell) {
+    if (!cell->triangle) {
         /* the longer diagonal */
         double p = vec_norm2(vec_add(cell->a, cell->b)), m = vec_norm2(vec_sub(cell->a, cell->b));
         return sqrt(p > m ? p : m) + cell->bend;
@@ -61,14 +67,14 @@ double btg_cell_radius(const btg_part *part, const btg_cell *cell) {
     return sqrt(most > r2 ? most : r2) + cell->bend;
 }
 
-double btg_cell_reach(const btg_part *part, const btg_cell *cell, btg_vec3 n) {
+double btg_cell_reach(const btg_cell *cell, btg_vec3 n) {
     double na = vec_dot(n, cell->a), nb = vec_dot(n, cell->b);
-    if (!btg_is_triangle(part, cell->item)) return fabs(na) + fabs(nb) + cell->bend;
+    if (!cell->triangle) return fabs(na) + fabs(nb) + cell->bend;
     double most = na > nb ? na : nb;
     return (most > 0 ? most : 0) - (na + nb) / 3 + cell->bend;
 }
 
-btg_place btg_cell_place(const btg_part *part, const btg_cell *cell) {
-    double third = btg_is_triangle(part, cell->item) ? cell->hu / 3 : 0;
+btg_place btg_cell_place(const btg_cell *cell) {
+    double third = cell->triangle ? cell->hu / 3 : 0;
     return (btg_place){cell->item, cell->u + third, cell->v + third};
 }

@@ -10,12 +10,16 @@
 typedef struct btg_cell {
     btg_vec3 centre, a, b;
     double u, v, hu, hv;
-    double bend; /* rounding of its points included */
-    uint32_t item;
+    double bend;   /* rounding of its points included */
+    uint32_t item; /* BTG_CELL_MANY: a sheet over several; it has no parameters */
+    bool triangle;
 } btg_cell;
 
-/* Piece k of a block. */
+#define BTG_CELL_MANY UINT32_MAX
+
+/* Piece k of a block: of a patch, or of a node's children. */
 void btg_cell_of_block(const btg_block *block, int k, btg_cell *cell);
+void btg_cell_of_child(const btg_block *block, int k, btg_cell *cell);
 
 /* A triangle's piece from its parameters: u, v and hu of `piece`. */
 void btg_cell_of_triangle(const btg_part *part, const btg_piece *piece, btg_cell *cell);
@@ -29,12 +33,12 @@ static inline bool btg_is_triangle(const btg_part *part, uint32_t item) {
 }
 
 /* Radius of a ball about the centre that holds the cell. */
-double btg_cell_radius(const btg_part *part, const btg_cell *cell);
+double btg_cell_radius(const btg_cell *cell);
 
 /* The largest n . (s - centre) over the cell. */
-double btg_cell_reach(const btg_part *part, const btg_cell *cell, btg_vec3 n);
+double btg_cell_reach(const btg_cell *cell, btg_vec3 n);
 
 /* Parameters of the centre. */
-btg_place btg_cell_place(const btg_part *part, const btg_cell *cell);
+btg_place btg_cell_place(const btg_cell *cell);
 
 #endif

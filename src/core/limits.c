@@ -133,7 +133,7 @@ void btg_search_sheet_at_p(btg_search *search, const btg_region *region) {
     if (vec_norm(away) > region->radius + SHEET_GAP * clearance) return;
     for (uint32_t i = 0; i < search->sheet_count; i++)
         if (search->sheet[i] == region->cell.item) return;
-    btg_place at = btg_cell_place(search->part, &region->cell);
+    btg_place at = btg_cell_place(&region->cell);
     if (nearest_to_p(search, &at) > SHEET_GAP * clearance) return;
     if (search->sheet_count < BTG_SHEETS_MAX)
         search->sheet[search->sheet_count++] = region->cell.item;

@@ -202,8 +202,9 @@ static void fill_info(btg_part *part, const btg_part_def *def) {
     info->surface_count = def->surface_count;
     info->patch_count = part->patch_count;
     info->triangle_count = part->triangle_count;
-    size_t items = (size_t)part->patch_count + part->triangle_count;
-    info->memory_bytes += items * (sizeof *part->items + 2 * sizeof *part->nodes);
+    info->memory_bytes += part->piece_count * sizeof *part->pieces +
+                          part->triangle_count * sizeof *part->order +
+                          part->node_count * sizeof *part->nodes;
     info->box_max =
         vec(extent(part, vec(1, 0, 0)), extent(part, vec(0, 1, 0)), extent(part, vec(0, 0, 1)));
     info->box_min = vec(0 - extent(part, vec(-1, 0, 0)), 0 - extent(part, vec(0, -1, 0)),
@@ -226,7 +227,7 @@ btg_status btg_part_create(const btg_part_def *def, btg_part **out, btg_message 
         if (!status) status = fill_patches(part, def);
         if (!status) {
             fill_meshes(part, def);
-            status = btg_tree_build_boxes(part);
+            status = btg_tree_build(part);
         }
     }
     if (!part || status) {
@@ -243,8 +244,8 @@ btg_status btg_part_create(const btg_part_def *def, btg_part **out, btg_message 
 void btg_part_destroy(btg_part *part) {
     if (!part) return;
     btg_allocator a = part->allocator;
-    void *memory[] = {part->patches,   part->coefficients, part->quarters, part->vertices,
-                      part->triangles, part->nodes,        part->items};
+    void *memory[] = {part->patches,  part->coefficients, part->quarters, part->pieces,
+                      part->vertices, part->triangles,    part->nodes,    part->order};
     for (size_t i = 0; i < sizeof memory / sizeof *memory; i++)
         btg_release(&a, memory[i]);
     btg_release(&a, part);

@@ -32,12 +32,27 @@ typedef struct btg_quarters {
     uint8_t cut[4];    /* btg_cut of those */
 } btg_quarters;
 
-/* A node of the tree over patches and triangles: an axis-parallel box, rounded outward. */
-typedef struct btg_box_node {
-    float centre[3], half[3];
-    uint32_t first; /* inner: index of the first of two children; leaf: first entry of `items` */
-    uint32_t count; /* 0: inner; else number of items */
-} btg_box_node;
+/* What a child of a tree node is. */
+typedef enum btg_child {
+    BTG_CHILD_NONE,
+    BTG_CHILD_NODE,     /* index into nodes */
+    BTG_CHILD_PIECE,    /* index into pieces */
+    BTG_CHILD_TRIANGLES /* first of some triangles in order */
+} btg_child;
+
+#define BTG_LEAF_TRIANGLES 8
+
+/* A node of the tree over pieces of patches and triangles: four quadratic sheets (sheet.h) side by
+ * side, rounded outward; those that are no child repeat the first. */
+typedef struct btg_node {
+    float centre[3][4], a[3][4], b[3][4], uu[3][4], uv[3][4], vv[3][4];
+    float error[4], bend[4], radius[4]; /* as of a block (block.h) */
+    uint32_t child[4];
+    uint8_t kind[4];  /* btg_child */
+    uint8_t count[4]; /* triangles */
+} btg_node;
+
+#define BTG_NODE_NONE UINT32_MAX
 
 struct btg_part {
     btg_allocator allocator;
@@ -53,9 +68,14 @@ struct btg_part {
     btg_vec3 *vertices;
     uint32_t (*triangles)[3];
 
-    btg_box_node *nodes;
-    uint32_t node_count, node_depth, quarters_depth; /* depths bound the search's stack */
-    uint32_t *items; /* patches first (index < patch_count), then triangles */
+    struct btg_piece *pieces; /* of patches, that the tree stands on (block.h) */
+    uint32_t piece_count;
+
+    btg_node *nodes;
+    uint32_t node_count;
+    uint32_t root[2];                    /* over pieces, over triangles; BTG_NODE_NONE */
+    uint32_t node_depth, quarters_depth; /* bound the search's stack */
+    uint32_t *order;                     /* triangles as the tree's leaves name them */
 };
 
 /* A checked allocation through the part's allocator: NULL when count * size overflows. */

@@ -13,7 +13,8 @@
 #define FIRST_POLISH 0.25
 
 size_t btg_search_stack_size(const btg_part *part) {
-    return 16 + (size_t)part->node_depth + 3 * ((size_t)part->quarters_depth + CUTS_MAX);
+    return 16 + BTG_LEAF_TRIANGLES +
+           3 * ((size_t)part->node_depth + part->quarters_depth + CUTS_MAX);
 }
 
 void btg_search_offer(btg_search *search, double value, btg_place place, btg_vec3 point,
@@ -50,20 +51,11 @@ static btg_entry *push(btg_search *search, btg_vec3 centre, double radius) {
     return e;
 }
 
-static void push_node(btg_search *search, uint32_t node) {
-    const btg_box_node *n = &search->part->nodes[node];
-    double x = (double)n->half[0], y = (double)n->half[1], z = (double)n->half[2];
-    btg_entry *e =
-        push(search, vec(n->centre[0], n->centre[1], n->centre[2]), sqrt(x * x + y * y + z * z));
-    e->node = node;
-    e->key = rank(search, e->centre, e->radius);
-}
-
 static void push_triangle(btg_search *search, const btg_piece *piece) {
     btg_cell cell;
     btg_cell_of_triangle(search->part, piece, &cell);
-    btg_entry *e = push(search, cell.centre, btg_cell_radius(search->part, &cell));
-    e->node = BTG_REGION_CELL;
+    btg_entry *e = push(search, cell.centre, btg_cell_radius(&cell));
+    e->node = BTG_NODE_NONE;
     e->piece = *piece;
     e->key = rank(search, e->centre, e->radius);
 }
@@ -79,30 +71,15 @@ static void order(btg_search *search, size_t from) {
     }
 }
 
-static void push_item(btg_search *search, uint32_t item) {
-    btg_piece piece;
-    if (btg_is_triangle(search->part, item)) {
-        btg_triangle_root(item, &piece);
-        push_triangle(search, &piece);
-        return;
+/* The walk's start: the roots of the tree. */
+static void start(btg_search *search) {
+    search->top = 0;
+    for (int i = 0; i < 2; i++) {
+        if (search->part->root[i] == BTG_NODE_NONE) continue;
+        btg_entry *e = push(search, vec(0, 0, 0), INFINITY);
+        e->node = search->part->root[i];
+        e->key = 0;
     }
-    btg_piece_root(search->part, item, &piece);
-    btg_entry *e = push(search, search->part->patches[item].origin, INFINITY);
-    e->node = BTG_REGION_CELL;
-    e->piece = piece;
-    e->key = 0;
-}
-
-static void open_node(btg_search *search, uint32_t node) {
-    const btg_box_node *n = &search->part->nodes[node];
-    size_t from = search->top;
-    if (n->count == 0) {
-        push_node(search, n->first);
-        push_node(search, n->first + 1);
-    }
-    for (uint32_t i = 0; i < n->count; i++)
-        push_item(search, search->part->items[n->first + i]);
-    order(search, from);
 }
 
 /* ---- triangles ---------------------------------------------------------------------------- */
@@ -121,7 +98,12 @@ static bool at_the_end(const btg_search *search, double radius) {
 }
 
 static void open_triangle(btg_search *search, const btg_region *region, const btg_piece *piece) {
-    try_place(search, region->cell.centre, btg_cell_place(search->part, &region->cell));
+    bool placed = search->found || search->query.op == BTG_OP_TILT;
+    try_place(search, region->cell.centre, btg_cell_place(&region->cell));
+    if (!placed && search->found) {
+        start(search); /* anew, with the tool placed */
+        return;
+    }
     if (search->query.op == BTG_OP_TILT) btg_search_sheet_at_p(search, region);
     if (at_the_end(search, region->radius)) return;
     btg_piece quarter[4];
@@ -201,7 +183,7 @@ static int quarters_left(btg_search *search, const btg_block *block, const btg_b
     int count = 0;
     for (int k = 0; k < 4; k++) {
         if (bound && btg_search_clear_at_once(search, bound, k)) continue;
-        btg_region region = {.node = BTG_REGION_CELL, .radius = block->radius[k]};
+        btg_region region = {.radius = block->radius[k]};
         btg_cell_of_block(block, k, &region.cell);
         if (btg_search_clear_piece(search, &region, bound, k)) continue;
         /* Bounds find cuts of the round corner alone. */
@@ -224,7 +206,7 @@ static void push_quarters(btg_search *search, const btg_block *block,
     for (int i = 0; i < count; i++) {
         int k = left[i];
         btg_entry *e = push(search, btg_block_vector(&block->centre, k), block->radius[k]);
-        e->node = BTG_REGION_CELL;
+        e->node = BTG_NODE_NONE;
         btg_block_quarter(search->part, block, k, &e->piece);
         e->key = bound ? bound->low[k] : rank(search, e->centre, e->radius);
     }
@@ -237,12 +219,10 @@ static void open_piece(btg_search *search, const btg_piece *piece) {
     search->nodes += 3;
     bool round = search->query.tool->element[0].corner_radius_mm > 0;
     if (search->query.op == BTG_OP_DROP && !search->found) {
-        if (first_contact(search, block)) {
-            search->top = 0; /* from the start, with the tool placed */
-            push_node(search, 0);
-        } else {
+        if (first_contact(search, block))
+            start(search); /* anew, with the tool placed */
+        else
             push_quarters(search, block, NULL);
-        }
         return;
     }
     btg_block_bound bound;
@@ -250,7 +230,7 @@ static void open_piece(btg_search *search, const btg_piece *piece) {
     push_quarters(search, block, round ? &bound : NULL);
 }
 
-/* ---- the walk ----------------------------------------------------------------------------- */
+/* ---- out of budget ------------------------------------------------------------------------ */
 
 /* Out of budget: no entry left has a value above the bound of its ball. */
 static void give_up(btg_search *search) {
@@ -265,20 +245,85 @@ static void give_up(btg_search *search) {
     }
 }
 
-static void look_at(btg_search *search, const btg_entry *entry) {
-    if (entry->node == BTG_REGION_CELL && !btg_is_triangle(search->part, entry->piece.item)) {
-        open_piece(search, &entry->piece);
-        return;
+/* ---- nodes -------------------------------------------------------------------------------- */
+
+/* Triangles of a leaf that are not clear at a glance wait by themselves. */
+static void push_triangles(btg_search *search, const uint32_t *triangle, uint32_t count) {
+    const btg_tool_element *e = &search->query.tool->element[0];
+    bool placed = search->found || search->query.op == BTG_OP_TILT;
+    bool bounded = placed && e->corner_radius_mm > 0;
+    size_t from = search->top;
+    for (uint32_t first = 0; first < count; first += 4) {
+        uint32_t n = count - first < 4 ? count - first : 4;
+        btg_block_bound bound;
+        btg_block *block = &search->block;
+        search->nodes += n;
+        if (bounded) {
+            btg_block_of_triangles(search->part, triangle + first, n, block);
+            btg_block_bounds(block, e, &search->at, -search->tolerance, &bound);
+        }
+        for (uint32_t k = 0; k < n; k++) {
+            btg_piece piece;
+            if (bounded && btg_search_clear_at_once(search, &bound, (int)k)) continue;
+            btg_triangle_root(search->part->patch_count + triangle[first + k], &piece);
+            push_triangle(search, &piece);
+        }
     }
-    btg_region region = {.node = entry->node, .radius = entry->radius};
-    region.cell.centre = entry->centre;
-    if (entry->node == BTG_REGION_CELL)
-        btg_cell_of_triangle(search->part, &entry->piece, &region.cell);
-    if (btg_search_clear(search, &region)) return;
-    if (entry->node == BTG_REGION_CELL)
-        open_triangle(search, &region, &entry->piece);
+    order(search, from);
+}
+
+/* Child k of a node, not clear: it waits. */
+static void push_child(btg_search *search, const btg_node *node, int k, double key) {
+    const btg_part *part = search->part;
+    const btg_block *block = &search->block;
+    btg_entry *e = push(search, btg_block_vector(&block->centre, k), block->radius[k]);
+    e->key = key;
+    e->node = BTG_NODE_NONE;
+    if (node->kind[k] == BTG_CHILD_NODE)
+        e->node = node->child[k];
+    else if (node->kind[k] == BTG_CHILD_PIECE)
+        e->piece = part->pieces[node->child[k]];
     else
-        open_node(search, entry->node);
+        e->piece = (btg_piece){.item = BTG_CELL_MANY, .quarters = node->child[k], .cut = 0};
+    e->count = node->count[k];
+}
+
+static void open_node(btg_search *search, const btg_node *node) {
+    const btg_tool_element *e = &search->query.tool->element[0];
+    bool placed = search->found || search->query.op == BTG_OP_TILT;
+    bool bounded = placed && e->corner_radius_mm > 0;
+    btg_block *block = &search->block;
+    btg_block_bound bound;
+    size_t from = search->top;
+    btg_block_of_node(node, block);
+    search->nodes += 3;
+    if (bounded) btg_block_bounds(block, e, &search->at, -search->tolerance, &bound);
+    for (int k = 0; k < 4 && node->kind[k] != BTG_CHILD_NONE; k++) {
+        if (bounded && btg_search_clear_at_once(search, &bound, k)) continue;
+        btg_region region = {.radius = block->radius[k]};
+        btg_cell_of_child(block, k, &region.cell);
+        if (btg_search_clear_piece(search, &region, bounded ? &bound : NULL, k)) continue;
+        double key = bounded ? bound.low[k] : rank(search, region.cell.centre, region.radius);
+        push_child(search, node, k, key);
+    }
+    order(search, from);
+}
+
+/* ---- the walk ----------------------------------------------------------------------------- */
+
+static void look_at(btg_search *search, const btg_entry *entry) {
+    const btg_part *part = search->part;
+    if (entry->node != BTG_NODE_NONE) {
+        open_node(search, &part->nodes[entry->node]);
+    } else if (entry->piece.item == BTG_CELL_MANY) {
+        push_triangles(search, part->order + entry->piece.quarters, entry->count);
+    } else if (!btg_is_triangle(part, entry->piece.item)) {
+        open_piece(search, &entry->piece);
+    } else {
+        btg_region region = {.radius = entry->radius};
+        btg_cell_of_triangle(part, &entry->piece, &region.cell);
+        if (!btg_search_clear(search, &region)) open_triangle(search, &region, &entry->piece);
+    }
 }
 
 void btg_search_run(btg_search *search) {
@@ -287,7 +332,7 @@ void btg_search_run(btg_search *search) {
     search->basin_stale = true;
     if (tilt) btg_search_near_p(search);
     if (search->has_start) btg_search_polish(search, search->start);
-    push_node(search, 0);
+    start(search);
     while (search->top > 0) {
         if (tilt && search->value >= BTG_PI) return; /* inside at any tilt */
         if (search->nodes >= search->budget) {

@@ -13,14 +13,11 @@
 /* Sheets that meet P and whose limit there has been taken. */
 #define BTG_SHEETS_MAX 32
 
-/* What is looked at by itself: a cell, or a box of the tree. */
+/* A cell and the radius of the ball about its centre that holds it. */
 typedef struct btg_region {
-    btg_cell cell; /* of a box only its centre */
-    uint32_t node; /* the box; BTG_REGION_CELL: a cell */
+    btg_cell cell;
     double radius;
 } btg_region;
-
-#define BTG_REGION_CELL UINT32_MAX
 
 /* What waits on the stack. */
 typedef struct btg_entry {
@@ -28,7 +25,9 @@ typedef struct btg_entry {
     btg_vec3 centre;
     double radius;   /* of the ball about centre that holds it; infinite: not known */
     btg_piece piece; /* of a patch or triangle */
-    uint32_t node;   /* as for a region */
+    uint32_t node;   /* to be opened; BTG_NODE_NONE: the piece */
+    uint32_t count;  /* of triangles in order, from piece.quarters on, where piece.item is
+                        BTG_CELL_MANY */
 } btg_entry;
 
 /* The neighbourhood of a contact, in its item's parameters, that is proven clear of an element of
@@ -109,13 +108,9 @@ static inline bool btg_search_clear_at_once(const btg_search *search, const btg_
  * cutter is sharp or nothing is placed yet. */
 bool btg_search_clear_piece(btg_search *search, const btg_region *region,
                             const btg_block_bound *bound, int k);
-/* The largest n . (s - centre) over the region. */
-double btg_region_reach(const btg_search *search, const btg_region *region, btg_vec3 n);
-
 /* basin.c: the basin of a contact of the tool placed at the best value; a region inside it; and a
  * single cell clear of an element by the Taylor polynomial at its centre. */
 btg_basin btg_basin_make(const btg_search *search, btg_place place, uint32_t element);
-bool btg_basin_covers(const btg_search *search, const btg_basin *basin, const btg_region *region);
 /* Any of the basins of the placed tool covers it; they are made when first asked for. */
 bool btg_basins_cover(btg_search *search, const btg_region *region, uint32_t element);
 bool btg_cell_clear_to_second_order(const btg_search *search, const btg_region *region,

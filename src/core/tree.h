@@ -15,7 +15,7 @@ typedef struct btg_quarters_list {
 btg_status btg_tree_add_patch(const btg_part *part, const btg_net *net, uint32_t index,
                               btg_quarters_list *list, uint32_t *depth);
 
-/* The tree of boxes over all items of a part whose patches, tiles and triangles are in place. */
-btg_status btg_tree_build_boxes(btg_part *part);
+/* The tree over all pieces and triangles of a part whose patches and triangles are in place. */
+btg_status btg_tree_build(btg_part *part);
 
 #endif
