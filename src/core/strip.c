@@ -1,0 +1,269 @@
+/* The strip that a placed tool machines, as geometry has it at one instant: cut the part by planes
+ * along the feed. Where a plane, at station s across the feed, comes as close as c(s) to the tool,
+ * material of that thickness stays once the tool has passed, as long as tool and part stay to each
+ * other as they are. c is 0 at both contacts; the strip is where c <= scallop.
+ *
+ * c(s) is followed from a contact outward by Newton's method for the least distance in the plane:
+ * step (du, dv) with a . S(u, v) = s, and L, the second derivatives of distance - slope * station,
+ * positive along the plane. Slope and bend of c then say how far the scallop is. */
+#include "core/strip.h"
+#include "core/ray.h"
+
+/* The longest step, part of the cutter's radius, so that no bump between contacts is leapt over. */
+#define STEP 0.08
+/* Steps of a walk at the most: twice across the tool, and then some to meet the scallop. */
+#define STEPS_MAX 64
+/* The end is where the clearance is the scallop to that part of it. */
+#define END 1e-3
+/* Or where steps are that short, part of the cutter's radius. */
+#define LEAST 1e-6
+
+/* Newton's steps onto a plane; arrived that close to it, and to the least distance in it (parts of
+ * the longest step: what is off then changes the distance by its square). */
+#define CORRECTIONS 5
+#define ARRIVED     1e-6
+#define OFF         0.03
+
+/* A crest is known to that part of it. */
+#define CREST 0.02
+
+/* A place of the walk and c there, with the derivatives that lead on. */
+typedef struct stand {
+    btg_place place;
+    double station, clearance;
+    double slope, bend;      /* c' and c'' */
+    double step_u, step_v;   /* along the walk, a unit of station */
+    double stretch;          /* its length on the part */
+    double right_u, right_v; /* correction back to the least distance in the plane */
+    double off;              /* its length */
+} stand;
+
+/* ---- the patches of one surface stand side by side ---------------------------------------- */
+
+/* First patch after `item` (step 1) or before it (step -1) that is not in its column, and of the
+ * same surface; UINT32_MAX: none. Columns run along v. */
+static uint32_t column_end(const btg_part *part, uint32_t item, int step) {
+    const btg_patch *here = &part->patches[item];
+    for (uint32_t i = item;; i += (uint32_t)step) {
+        const btg_patch *p = &part->patches[i];
+        if (p->surface != here->surface) return UINT32_MAX;
+        if (p->domain_u[0] != here->domain_u[0]) return i;
+        if (step > 0 ? i + 1 >= part->patch_count : i == 0) return UINT32_MAX;
+    }
+}
+
+/* The patch of the next or last column at the same height. */
+static uint32_t beside(const btg_part *part, uint32_t item, int step) {
+    double low = part->patches[item].domain_v[0];
+    uint32_t i = column_end(part, item, step);
+    if (i == UINT32_MAX) return i;
+    double column = part->patches[i].domain_u[0];
+    for (;; i += (uint32_t)step) {
+        const btg_patch *p = &part->patches[i];
+        if (p->domain_u[0] != column) return UINT32_MAX;
+        if (p->domain_v[0] == low) return i;
+        if (step > 0 ? i + 1 >= part->patch_count : i == 0) return UINT32_MAX;
+    }
+}
+
+static uint32_t above(const btg_part *part, uint32_t item, int step) {
+    uint32_t i = item + (uint32_t)step;
+    if (step < 0 ? item == 0 : i >= part->patch_count) return UINT32_MAX;
+    const btg_patch *here = &part->patches[item], *p = &part->patches[i];
+    return p->surface == here->surface && p->domain_u[0] == here->domain_u[0] ? i : UINT32_MAX;
+}
+
+/* Over one side of the patch onto its neighbour; false: there is none, and the place is put on the
+ * side. `t`, `domain`: the coordinate that left, and its piece of the surface's domain. */
+static bool cross_side(const btg_part *part, btg_place *place, bool along_u) {
+    double *t = along_u ? &place->u : &place->v;
+    if (*t >= 0 && *t <= 1) return true;
+    int step = *t > 1 ? 1 : -1;
+    uint32_t next = along_u ? beside(part, place->item, step) : above(part, place->item, step);
+    if (next == UINT32_MAX) {
+        *t = step > 0 ? 1 : 0;
+        return false;
+    }
+    const btg_patch *a = &part->patches[place->item], *b = &part->patches[next];
+    const double *da = along_u ? a->domain_u : a->domain_v;
+    const double *db = along_u ? b->domain_u : b->domain_v;
+    double at = da[0] + *t * (da[1] - da[0]);
+    *t = fmin(fmax((at - db[0]) / (db[1] - db[0]), 0), 1);
+    place->item = next;
+    return true;
+}
+
+/* ---- one stand ---------------------------------------------------------------------------- */
+
+/* What limits the parameters at a place: 1 on a side of the whole surface that the step leaves. */
+typedef struct held {
+    bool u, v;
+} held;
+
+/* Second derivative of the distance along two directions of the part. */
+static double bend_of(const btg_ray_distance *d, btg_vec3 x, btg_vec3 y) {
+    return d->ring_curvature * vec_dot(x, d->ring_tangent) * vec_dot(y, d->ring_tangent) +
+           d->meridian_curvature * vec_dot(x, d->meridian_tangent) *
+               vec_dot(y, d->meridian_tangent);
+}
+
+/* False where the walk ends: distance not convex along the plane, or the plane not crossed. */
+static bool look(const btg_strip_query *q, stand *at, double slope, held hold) {
+    btg_surface_point f;
+    btg_part_point(q->part, at->place, &f);
+    btg_placement pose = {q->centre, q->axis, false};
+    btg_ray_distance d = btg_ray_tool_distance(&q->tool->element[0], pose, f.s);
+    double au = vec_dot(q->across, f.su), av = vec_dot(q->across, f.sv);
+    double gu = vec_dot(d.normal, f.su), gv = vec_dot(d.normal, f.sv);
+    btg_vec3 bent = vec_mad(d.normal, q->across, -slope);
+    double uu = bend_of(&d, f.su, f.su) + vec_dot(bent, f.suu);
+    double uv = bend_of(&d, f.su, f.sv) + vec_dot(bent, f.suv);
+    double vv = bend_of(&d, f.sv, f.sv) + vec_dot(bent, f.svv);
+    double pu, pv, size = au * au + av * av; /* a unit of station */
+    at->station = vec_dot(q->across, f.s);
+    at->clearance = d.distance;
+    at->right_u = at->right_v = at->off = 0;
+    if (hold.u || hold.v) {
+        double along = hold.u ? av : au;
+        if (fabs(along) <= 1e-9 * sqrt(vec_norm2(hold.u ? f.sv : f.su)) || (hold.u && hold.v))
+            return false;
+        pu = hold.u ? 0 : 1 / along;
+        pv = hold.u ? 1 / along : 0;
+    } else {
+        double least = 1e-12 * (vec_norm2(f.su) + vec_norm2(f.sv));
+        double tu = -av, tv = au;
+        double across = tu * tu * uu + 2 * tu * tv * uv + tv * tv * vv;
+        if (!(size > least) || !(across > 0)) return false;
+        pu = au / size, pv = av / size;
+        double k = -(tu * (uu * pu + uv * pv) + tv * (uv * pu + vv * pv)) / across;
+        pu += k * tu, pv += k * tv;
+        k = -(tu * gu + tv * gv) / across;
+        at->right_u = k * tu, at->right_v = k * tv;
+        at->off = vec_norm(vec_add(vec_scale(f.su, at->right_u), vec_scale(f.sv, at->right_v)));
+        at->clearance += 0.5 * k * (tu * gu + tv * gv);
+    }
+    at->stretch = vec_norm(vec_add(vec_scale(f.su, pu), vec_scale(f.sv, pv)));
+    at->step_u = pu;
+    at->step_v = pv;
+    at->slope = gu * pu + gv * pv;
+    at->bend = pu * pu * uu + 2 * pu * pv * uv + pv * pv * vv;
+    return true;
+}
+
+/* Moves `at` to a station; false: not so far, or the walk ends here. */
+static bool move(const btg_strip_query *q, stand *at, double station, double longest) {
+    held hold = {false, false};
+    for (int i = 0; i < CORRECTIONS; i++) {
+        double way = station - at->station;
+        if (at->off + fabs(way) * at->stretch > 2 * longest) return false;
+        btg_place to = at->place;
+        to.u += at->step_u * way + at->right_u;
+        to.v += at->step_v * way + at->right_v;
+        if (to.item < q->part->patch_count) {
+            hold.u = !cross_side(q->part, &to, true);
+            hold.v = !cross_side(q->part, &to, false);
+        }
+        double slope = at->slope + at->bend * way;
+        at->place = to;
+        if (!look(q, at, slope, hold)) return false;
+        bool there = fabs(at->station - station) < ARRIVED * longest;
+        if (there && at->off < OFF * longest) return at->clearance > -q->scallop_mm;
+    }
+    return false;
+}
+
+/* How far from a stand the quadratic of c reaches the scallop; INFINITY: never. */
+static double reach(const stand *at, double side, double scallop) {
+    double rest = scallop - at->clearance, slope = side * at->slope;
+    double root = slope * slope + 2 * at->bend * rest;
+    if (root < 0) return INFINITY;
+    root = sqrt(root);
+    if (slope + root <= 0) return INFINITY;
+    return 2 * rest / (slope + root); /* the nearer one, without cancellation */
+}
+
+/* The end of the strip to one side (+1 or -1) of a contact. */
+static double walk(const btg_strip_query *q, const stand *contact, double side) {
+    const btg_tool_element *e = &q->tool->element[0];
+    double size = e->ring_radius_mm + e->corner_radius_mm, longest = STEP * size;
+    double inside = contact->station, outside = contact->station + side * 2 * size;
+    stand at = *contact;
+    bool bracketed = false; /* the end is before `outside` */
+    for (int i = 0; i < STEPS_MAX && side * (outside - inside) > LEAST * size; i++) {
+        double way = fmin(reach(&at, side, q->scallop_mm), longest / at.stretch);
+        double to = at.station + side * way;
+        if (side * (to - inside) <= 0 || (bracketed && side * (outside - to) <= 0))
+            to = 0.5 * (inside + outside);
+        stand next = at;
+        bool stands = move(q, &next, to, longest);
+        if (stands && fabs(next.clearance - q->scallop_mm) <= END * q->scallop_mm)
+            return next.station;
+        if (stands) at = next;
+        if (stands && at.clearance <= q->scallop_mm) {
+            inside = at.station;
+        } else {
+            outside = to;
+            bracketed = true;
+        }
+        if (!stands) at.bend = INFINITY; /* no guess: halve */
+    }
+    return inside;
+}
+
+/* The greatest clearance on the way from one contact to the station of the other; NaN: the way
+ * is not open. */
+static double crest(const btg_strip_query *q, const stand *contact, double to) {
+    const btg_tool_element *e = &q->tool->element[0];
+    double longest = STEP * (e->ring_radius_mm + e->corner_radius_mm);
+    double side = to < contact->station ? -1 : 1;
+    stand at = *contact;
+    for (int i = 0; i < STEPS_MAX; i++) {
+        double rest = side * (to - at.station), way = longest / at.stretch;
+        /* nearly a parabola on a parabola: the middle is a good first guess */
+        if (i == 0 && way > 0.4 * rest) way = 0.4 * rest;
+        if (at.bend < 0) way = fmin(way, side * at.slope / -at.bend);
+        if (!(way > 0)) break;
+        if (way >= rest) return at.clearance;
+        if (!move(q, &at, at.station + side * way, longest)) return NAN;
+        double left = at.bend < 0 ? 0.5 * at.slope * at.slope / -at.bend : INFINITY;
+        if (left <= CREST * at.clearance) return at.clearance + left;
+        if (side * at.slope <= 0) break; /* just over it */
+    }
+    return at.clearance;
+}
+
+static bool stand_at(const btg_strip_query *query, const btg_contact *contact, stand *at) {
+    *at = (stand){.place = contact->place};
+    bool stands = look(query, at, 0, (held){false, false});
+    at->station = vec_dot(query->across, contact->point);
+    at->right_u = at->right_v = at->off = at->slope = 0;
+    return stands;
+}
+
+btg_strip btg_strip_measure(const btg_strip_query *query, const btg_contact *p,
+                            const btg_contact *q) {
+    stand a, b;
+    btg_strip strip = {0, NAN, NAN};
+    bool has_a = stand_at(query, p, &a), has_b = q && stand_at(query, q, &b);
+    if (!has_a || !has_b) {
+        if (has_a) strip.width_mm = walk(query, &a, 1) - walk(query, &a, -1);
+        if (has_b) strip.width_mm = walk(query, &b, 1) - walk(query, &b, -1);
+        return strip;
+    }
+    if (a.station > b.station) {
+        stand swap = a;
+        a = b;
+        b = swap;
+    }
+    double from_a = walk(query, &a, -1), to_a = walk(query, &a, 1);
+    double from_b = walk(query, &b, -1), to_b = walk(query, &b, 1);
+    double from = fmin(from_a, from_b), to = fmax(to_a, to_b), gap = from_b - to_a;
+    double apart = b.station - a.station;
+    strip.width_mm = gap > 0 ? to - from - gap : to - from;
+    strip.crest_mm = crest(query, &a, b.station);
+    if (strip.crest_mm > 0) {
+        double stretched = apart * sqrt(sqrt(query->scallop_mm / strip.crest_mm));
+        strip.could_mm = to - from + stretched - apart;
+    }
+    return strip;
+}

@@ -1,0 +1,26 @@
+/* The width of the strip that a placed tool machines. Internal. */
+#ifndef BTG_CORE_STRIP_H
+#define BTG_CORE_STRIP_H
+
+#include "core/part.h"
+
+typedef struct btg_strip_query {
+    const btg_part *part;
+    const btg_tool *tool;
+    btg_vec3 centre, axis; /* the tool as placed: torus centre and unit axis */
+    btg_vec3 across;       /* unit, horizontal, at right angles to the feed */
+    double scallop_mm;
+} btg_strip_query;
+
+typedef struct btg_strip {
+    double width_mm; /* about both contacts together; what both cover counts once */
+    double crest_mm; /* farthest from the tool between the contacts; NaN: not known */
+    double could_mm; /* about the width with contacts just so far apart that the crest is the
+                        scallop; NaN: not known */
+} btg_strip;
+
+/* q may be NULL. */
+btg_strip btg_strip_measure(const btg_strip_query *query, const btg_contact *p,
+                            const btg_contact *q);
+
+#endif
