@@ -3,6 +3,7 @@
 #include "backend/internal.h"
 #include "core/check.h"
 #include "core/part.h"
+#include "core/spin.h"
 
 #include <string.h>
 #include <unistd.h>
@@ -25,7 +26,9 @@ struct btg_backend {
     btg_drop_result *drop_results;
     btg_tilt_query *tilt_queries;
     btg_tilt_result *tilt_results;
-    size_t *tilt_owner; /* entry of the block that a tilt query belongs to */
+    size_t *tilt_owner;        /* entry of the block that a tilt query belongs to */
+    btg_spin_search *searches; /* one an entry, where the spin is searched for; else NULL */
+    bool *searched;            /* the entry has a tilt, and so a search */
 };
 
 btg_backend_def btg_backend_def_default(void) {
@@ -122,6 +125,11 @@ static bool make_scratch(btg_backend *b) {
     b->tilt_queries = btg_allocate(a, b->block, sizeof *b->tilt_queries);
     b->tilt_results = btg_allocate(a, b->block, sizeof *b->tilt_results);
     b->tilt_owner = btg_allocate(a, b->block, sizeof *b->tilt_owner);
+    if (btg_spin_searches(&b->setup.solver)) {
+        b->searches = btg_allocate(a, b->block, sizeof *b->searches);
+        b->searched = btg_allocate(a, b->block, sizeof *b->searched);
+        if (!b->searches || !b->searched) return false;
+    }
     return b->drop_queries && b->drop_results && b->tilt_queries && b->tilt_results &&
            b->tilt_owner;
 }
@@ -161,6 +169,8 @@ void btg_backend_close(btg_backend *backend) {
     btg_release(&allocator, backend->tilt_queries);
     btg_release(&allocator, backend->tilt_results);
     btg_release(&allocator, backend->tilt_owner);
+    btg_release(&allocator, backend->searches);
+    btg_release(&allocator, backend->searched);
     btg_release(&allocator, backend);
 }
 
@@ -216,6 +226,14 @@ static size_t collect_tilts(btg_backend *b, size_t count) {
     return n;
 }
 
+/* No answer: a position of an error and the footprint alone. */
+static void give_error(btg_status status, const double *foot, btg_position *position) {
+    btg_position p = {.status = status, .foot_x_mm = foot[0], .foot_y_mm = foot[1]};
+    p.tip = p.axis = p.p.point = p.p.normal = p.q.point = p.q.normal = vec_nan();
+    p.drop_z_mm = p.tilt_rad = p.spin_rad = p.inclination_rad = p.bound_mm = NAN;
+    *position = p;
+}
+
 static void assemble(const btg_backend *b, const double *foot, size_t i, size_t tilt,
                      btg_position *position) {
     const btg_drop_result *drop = &b->drop_results[i];
@@ -225,20 +243,15 @@ static void assemble(const btg_backend *b, const double *foot, size_t i, size_t 
     btg_status status = btg_position_assemble(&b->setup.tool, &b->setup.solver, foot[0], foot[1],
                                               &b->drop_queries[i], drop, query, result, &p);
     if (status < 0) {
-        p = (btg_position){.status = status, .foot_x_mm = foot[0], .foot_y_mm = foot[1]};
-        p.tip = p.axis = p.p.point = p.p.normal = p.q.point = p.q.normal = vec_nan();
-        p.drop_z_mm = p.tilt_rad = p.spin_rad = p.inclination_rad = NAN;
+        give_error(status, foot, position);
+    } else {
+        *position = p;
     }
-    *position = p;
 }
 
-static btg_status solve_block(btg_backend *b, const double *foot, size_t count,
+static btg_status solve_tilts(btg_backend *b, const double *foot, size_t count,
                               btg_position *positions) {
-    for (size_t i = 0; i < count; i++) {
-        b->drop_queries[i] = btg_position_drop_query(foot[2 * i], foot[2 * i + 1]);
-    }
-    btg_status status = b->table->drop(b->state, b->drop_queries, count, b->drop_results);
-    if (status < 0) return status;
+    btg_status status = BTG_OK;
     size_t tilts = collect_tilts(b, count);
     if (tilts > 0) status = b->table->tilt(b->state, b->tilt_queries, tilts, b->tilt_results);
     if (status < 0) return status;
@@ -249,6 +262,63 @@ static btg_status solve_block(btg_backend *b, const double *foot, size_t count,
         if (tilted) next++;
     }
     return BTG_OK;
+}
+
+static void begin_searches(btg_backend *b, size_t count) {
+    const btg_backend_setup *s = &b->setup;
+    for (size_t i = 0; i < count; i++) {
+        btg_tilt_query unspun;
+        b->searched[i] = b->drop_results[i].status == BTG_OK &&
+                         btg_position_tilt_query(&s->tool, &s->solver, &b->drop_queries[i],
+                                                 &b->drop_results[i], &unspun) == BTG_OK;
+        if (b->searched[i])
+            btg_spin_begin(&b->searches[i], s->part, &s->tool, &s->solver, &unspun, NAN);
+    }
+}
+
+/* Rounds of batches: in each, every search that goes on asks one tilt. */
+static btg_status solve_searches(btg_backend *b, const double *foot, size_t count,
+                                 btg_position *positions) {
+    begin_searches(b, count);
+    for (;;) {
+        size_t tilts = 0;
+        for (size_t i = 0; i < count; i++) {
+            if (!b->searched[i] || !btg_spin_next(&b->searches[i], &b->tilt_queries[tilts]))
+                continue;
+            b->tilt_owner[tilts++] = i;
+        }
+        if (tilts == 0) break;
+        btg_status status = b->table->tilt(b->state, b->tilt_queries, tilts, b->tilt_results);
+        if (status < 0) return status;
+        for (size_t k = 0; k < tilts; k++)
+            btg_spin_take(&b->searches[b->tilt_owner[k]], &b->tilt_queries[k], &b->tilt_results[k]);
+    }
+    for (size_t i = 0; i < count; i++) {
+        if (!b->searched[i]) {
+            assemble(b, &foot[2 * i], i, SIZE_MAX, &positions[i]);
+            continue;
+        }
+        btg_position p = {0};
+        btg_status status = btg_spin_finish(&b->searches[i], foot[2 * i], foot[2 * i + 1],
+                                            &b->drop_queries[i], &b->drop_results[i], &p);
+        if (status < 0) {
+            give_error(status, &foot[2 * i], &positions[i]);
+        } else {
+            positions[i] = p;
+        }
+    }
+    return BTG_OK;
+}
+
+static btg_status solve_block(btg_backend *b, const double *foot, size_t count,
+                              btg_position *positions) {
+    for (size_t i = 0; i < count; i++) {
+        b->drop_queries[i] = btg_position_drop_query(foot[2 * i], foot[2 * i + 1]);
+    }
+    btg_status status = b->table->drop(b->state, b->drop_queries, count, b->drop_results);
+    if (status < 0) return status;
+    if (b->searches) return solve_searches(b, foot, count, positions);
+    return solve_tilts(b, foot, count, positions);
 }
 
 btg_status btg_backend_positions(btg_backend *backend, const double *foot_xy_mm, size_t count,

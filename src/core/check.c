@@ -15,6 +15,31 @@
 #define TOLERANCE_MAX_MM 1.0
 /* Beyond this many turns an angle has lost digits. */
 #define SPIN_MAX_RAD 1e6
+/* More than any cut is meant to leave. */
+#define SCALLOP_MAX_MM 100.0
+
+static btg_status check_spin(const btg_solver_def *solver, btg_message *message) {
+    if (!(solver->spin >= BTG_SPIN_NONE && solver->spin <= BTG_SPIN_WIDEST)) {
+        return btg_fail(message, BTG_ERROR_ARGUMENT, "solver: unknown spin");
+    }
+    if (!(fabs(solver->spin_rad) <= SPIN_MAX_RAD)) {
+        return btg_fail(message, BTG_ERROR_ARGUMENT, "solver: the spin is %g rad; give an angle",
+                        solver->spin_rad);
+    }
+    if (solver->spin == BTG_SPIN_GAP && !(solver->gap_mm > 0 && solver->gap_mm <= BTG_LENGTH_MAX)) {
+        return btg_fail(message, BTG_ERROR_ARGUMENT,
+                        "solver: the gap of the contacts is %g mm; give more than 0",
+                        solver->gap_mm);
+    }
+    if (!isfinite(solver->feed_x) || !isfinite(solver->feed_y)) {
+        return btg_fail(message, BTG_ERROR_ARGUMENT, "solver: the feed direction is not finite");
+    }
+    if (!(solver->scallop_mm >= 0 && solver->scallop_mm <= SCALLOP_MAX_MM)) {
+        return btg_fail(message, BTG_ERROR_ARGUMENT, "solver: the scallop is %g mm; give 0 to %g",
+                        solver->scallop_mm, SCALLOP_MAX_MM);
+    }
+    return BTG_OK;
+}
 
 btg_status btg_check_solver(const btg_solver_def *solver, btg_message *message) {
     if (solver->version != btg_solver_def_default().version) {
@@ -34,14 +59,7 @@ btg_status btg_check_solver(const btg_solver_def *solver, btg_message *message) 
     if (solver->node_budget < 1) {
         return btg_fail(message, BTG_ERROR_ARGUMENT, "solver: the node budget is 0; give more");
     }
-    if (solver->spin != BTG_SPIN_NONE && solver->spin != BTG_SPIN_FIXED) {
-        return btg_fail(message, BTG_ERROR_ARGUMENT, "solver: unknown spin");
-    }
-    if (!(fabs(solver->spin_rad) <= SPIN_MAX_RAD)) {
-        return btg_fail(message, BTG_ERROR_ARGUMENT, "solver: the spin is %g rad; give an angle",
-                        solver->spin_rad);
-    }
-    return BTG_OK;
+    return check_spin(solver, message);
 }
 
 static bool length(double x) {
@@ -65,6 +83,10 @@ static bool on_part(btg_place p, const btg_part_info *info) {
 bool btg_check_drop(const btg_drop_query *query, const btg_part_info *info) {
     return place(query->origin) && unit(query->axis) &&
            (!query->has_start || on_part(query->start, info));
+}
+
+bool btg_check_place(btg_place place, const btg_part_info *info) {
+    return on_part(place, info);
 }
 
 /* The point that the insert, and the normal at it, say is P. */

@@ -14,6 +14,8 @@ btg_status btg_check_solver(const btg_solver_def *solver, btg_message *message);
 bool btg_check_drop(const btg_drop_query *query, const btg_part_info *info);
 /* The same; {u, v, w} right-handed and unit, p a place of the part and its point on the insert. */
 bool btg_check_tilt(const btg_tilt_query *query, const btg_tool *tool, const btg_part_info *info);
+/* A place of the part. */
+bool btg_check_place(btg_place place, const btg_part_info *info);
 bool btg_check_foot(double x_mm, double y_mm);
 
 #endif

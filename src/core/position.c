@@ -5,7 +5,7 @@
  * method for five-axis tool positioning for tensor product surfaces"; the tilt is closed form
  * here). A spun tool may cut where it was dropped, so it is laid over first, to LAID_OVER, and
  * tilts down from there. */
-#include "core/vec.h"
+#include "core/spin.h"
 
 #define LAID_OVER (BTG_PI / 2)
 /* A first contact this near the axis or inside the flat's rim (part of a radius) is on it. */
@@ -51,7 +51,6 @@ static bool insert_frame(const btg_tool *tool, const btg_drop_query *query,
     return true;
 }
 
-/* Turns the frame by alpha about nP and lays the tool over. */
 static void spin_frame(double alpha, btg_tilt_query *frame) {
     btg_vec3 n = frame->p.normal;
     double dropped = inclination(frame->v, frame->w, n);
@@ -64,6 +63,10 @@ static void spin_frame(double alpha, btg_tilt_query *frame) {
     frame->max_tilt_rad += LAID_OVER - dropped;
     if (frame->max_tilt_rad > BTG_PI) frame->max_tilt_rad = BTG_PI;
     if (frame->max_tilt_rad < 0) frame->max_tilt_rad = 0;
+}
+
+void btg_position_spin(double alpha, btg_tilt_query *frame) {
+    if (alpha != 0) spin_frame(alpha, frame);
 }
 
 btg_status btg_position_tilt_query(const btg_tool *tool, const btg_solver_def *solver,
@@ -111,14 +114,25 @@ static void set_dropped(btg_position *p, const btg_tool *tool, const btg_drop_qu
     p->inclination_rad = inclination(vec_scale(v, -1), query->axis, n);
 }
 
-/* The frame of a TILT query turned down by beta. */
+/* Turned down by beta: the arm v, from o1 to the axis, and the axis w. */
+static void turn_down(const btg_tilt_query *frame, double beta, btg_vec3 *v, btg_vec3 *w) {
+    double c = cos(beta), s = sin(beta);
+    *v = vec_unit(vec_sub(vec_scale(frame->v, c), vec_scale(frame->w, s)));
+    *w = vec_unit(vec_add(vec_scale(frame->w, c), vec_scale(frame->v, s)));
+}
+
+void btg_position_pose(const btg_tool *tool, const btg_tilt_query *frame, double beta,
+                       btg_vec3 *centre, btg_vec3 *axis) {
+    btg_vec3 v;
+    turn_down(frame, beta, &v, axis);
+    *centre = vec_mad(frame->o1, v, tool->element[0].ring_radius_mm);
+}
+
 static void set_tilted(btg_position *p, const btg_tool *tool, const btg_tilt_query *frame,
                        double beta, double dropped) {
-    double c = cos(beta), s = sin(beta);
-    btg_vec3 v = vec_unit(vec_sub(vec_scale(frame->v, c), vec_scale(frame->w, s)));
-    btg_vec3 w = vec_unit(vec_add(vec_scale(frame->w, c), vec_scale(frame->v, s)));
-    btg_vec3 centre = vec_mad(frame->o1, v, tool->element[0].ring_radius_mm);
-    set_pose(p, tool, centre, w);
+    btg_vec3 v, w;
+    turn_down(frame, beta, &v, &w);
+    set_pose(p, tool, vec_mad(frame->o1, v, tool->element[0].ring_radius_mm), w);
     p->p = frame->p;
     p->inclination_rad = inclination(v, w, frame->p.normal);
     double tilt = dropped - p->inclination_rad;
@@ -140,6 +154,7 @@ btg_status btg_position_assemble(const btg_tool *tool, const btg_solver_def *sol
     }
     set_dropped(&p, tool, query, drop);
     bool spun = solver->spin == BTG_SPIN_FIXED;
+    p.spin_met = solver->spin == BTG_SPIN_NONE;
     if (tilt && tilt->status < 0 && tilt->status != BTG_ERROR_GOUGE) return tilt->status;
     /* A spun tool that is not free even laid over stays unspun, as dropped. */
     bool usable = tilt && tilt->status >= 0 && (spun || tilt->status != BTG_SINGLE_CONTACT);
@@ -150,46 +165,10 @@ btg_status btg_position_assemble(const btg_tool *tool, const btg_solver_def *sol
         p.spin_rad = spun ? solver->spin_rad : 0;
         p.status = tilt->status;
         p.bound_mm = tilt->bound_mm;
+        p.spin_met = 1;
         if (!spun) p.tilt_rad = beta;
         if (tilt->status == BTG_OK || tilt->status == BTG_OSCULATING) p.q = tilt->contact;
     }
     *position = p;
     return p.status;
-}
-
-/* A neighbour's contact as the place to start from. */
-static int start_at(const btg_contact *contact, btg_place *start) {
-    if (!vec_finite(contact->point)) return 0;
-    *start = contact->place;
-    return 1;
-}
-
-btg_status btg_position_solve(const btg_part *part, const btg_tool *tool,
-                              const btg_solver_def *solver, double foot_x_mm, double foot_y_mm,
-                              void *workspace, size_t workspace_size, btg_position *position) {
-    return btg_position_follow(part, tool, solver, foot_x_mm, foot_y_mm, NULL, workspace,
-                               workspace_size, position);
-}
-
-btg_status btg_position_follow(const btg_part *part, const btg_tool *tool,
-                               const btg_solver_def *solver, double foot_x_mm, double foot_y_mm,
-                               const btg_position *neighbour, void *workspace,
-                               size_t workspace_size, btg_position *position) {
-    if (!position) return BTG_ERROR_ARGUMENT;
-    btg_drop_query query = btg_position_drop_query(foot_x_mm, foot_y_mm);
-    if (neighbour) query.has_start = start_at(&neighbour->p, &query.start);
-    btg_drop_result drop;
-    btg_status status = btg_drop(part, tool, solver, &query, workspace, workspace_size, &drop);
-    if (status < 0) return status;
-    btg_tilt_query frame;
-    btg_tilt_result tilt;
-    bool tilts = btg_position_tilt_query(tool, solver, &query, &drop, &frame) == BTG_OK;
-    if (tilts) {
-        if (neighbour) frame.has_start = start_at(&neighbour->q, &frame.start);
-        status = btg_tilt(part, tool, solver, &frame, workspace, workspace_size, &tilt);
-        if (status < 0 && status != BTG_ERROR_GOUGE) return status;
-        if (status == BTG_ERROR_GOUGE) tilts = false;
-    }
-    return btg_position_assemble(tool, solver, foot_x_mm, foot_y_mm, &query, &drop,
-                                 tilts ? &frame : NULL, tilts ? &tilt : NULL, position);
 }

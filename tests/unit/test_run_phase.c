@@ -74,19 +74,21 @@ static void check_positions(rng *r, const btg_part *part, btg_profile profile) {
     btg_tool tool;
     CHECK(btg_tool_init(&def, &tool, NULL) == BTG_OK);
     btg_solver_def solver = btg_solver_def_default();
-    size_t size = btg_workspace_size(part);
+    size_t size = btg_position_workspace_size(part);
     char *workspace = malloc(size + 64);
     memset(workspace + size, 0x5a, 64);
     calls = 0;
     for (int i = 0; i < 60; i++) {
         btg_position p;
-        solver.spin = i % 4 ? BTG_SPIN_NONE : BTG_SPIN_FIXED;
+        solver.spin = (btg_spin)(i % 8 < 5 ? i % 8 : 0);
         solver.spin_rad = rng_range(r, -3, 3);
+        solver.gap_mm = rng_range(r, 1, 9);
         btg_status status = btg_position_solve(part, &tool, &solver, rng_range(r, -25, 70),
                                                rng_range(r, -10, 70), workspace, size, &p);
         CHECK(status >= 0 && status == p.status);
     }
     CHECK(calls == 0);
+    solver.spin = BTG_SPIN_GAP;
     for (int i = 0; i < 64; i++)
         CHECK(workspace[size + (size_t)i] == 0x5a);
     btg_position p;

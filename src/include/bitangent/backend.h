@@ -59,7 +59,8 @@ BTG_API btg_status btg_backend_drop(btg_backend *backend, const btg_drop_query *
 BTG_API btg_status btg_backend_tilt(btg_backend *backend, const btg_tilt_query *queries,
                                     size_t count, btg_tilt_result *results, size_t *bad);
 
-/* Whole positions over footprint points (x, y pairs): a DROP batch, then a TILT batch. */
+/* Whole positions over footprint points (x, y pairs): a DROP batch, then a TILT batch; or, where
+ * the spin is searched for, rounds of TILT batches until the last position has its spin. */
 BTG_API btg_status btg_backend_positions(btg_backend *backend, const double *foot_xy_mm,
                                          size_t count, btg_position *positions, size_t *bad);
 

@@ -264,9 +264,23 @@ typedef struct btg_tilt_result {
 
 /* ---- solver ------------------------------------------------------------------------------ */
 
+/* How the tool is turned about the normal at P before it tilts (drop-spin-tilt). The spin is
+ * counter-clockwise seen from the tool, -pi .. pi; 0 is the tool as dropped. Any spin leaves P
+ * where it is and the tool nowhere in the part; it moves Q.
+ *
+ * The last three search: a few tilts a position (BTG_SPIN_TILTS_MAX in spin.h at the most) instead
+ * of one. Q jumps where two places of the part come into question at once, so that there need not
+ * be a spin that meets the aim. The answer is then the one that comes nearest of all that were
+ * tried, with its status as usual and spin_met 0. Where no spin gives two contacts it is the
+ * position without spin. Of several spins that meet the aim, the answer is one near the spin to
+ * begin with: 0, or the neighbour's (btg_position_follow). */
 typedef enum btg_spin {
-    BTG_SPIN_NONE = 0, /* as dropped (VCRF) */
-    BTG_SPIN_FIXED = 1 /* by spin_rad about the normal at P, counter-clockwise seen from the tool */
+    BTG_SPIN_NONE = 0,   /* as dropped (VCRF) */
+    BTG_SPIN_FIXED = 1,  /* by spin_rad; a tool that cuts the part however far it is laid over
+                            stays unspun, as dropped, with one contact */
+    BTG_SPIN_GAP = 2,    /* |PQ| = gap_mm: uniform spacing of the contacts */
+    BTG_SPIN_ACROSS = 3, /* PQ at right angles to the feed, as it is seen from above */
+    BTG_SPIN_WIDEST = 4  /* the widest strip inside scallop_mm (btg_position_strip) */
 } btg_spin;
 
 typedef struct btg_solver_def {
@@ -276,8 +290,13 @@ typedef struct btg_solver_def {
     double max_tilt_rad; /* 0 .. pi/2, default pi/4 */
     btg_spin spin;       /* default none */
     double spin_rad;
-    uint32_t node_budget; /* most tree nodes a drop or a tilt may visit; default 1000000, >= 1.
-                             When it is spent the answer is the nearest pose proven clear */
+    uint32_t node_budget;  /* most tree nodes a drop or a tilt may visit; default 1000000, >= 1.
+                              When it is spent the answer is the nearest pose proven clear */
+    double gap_mm;         /* GAP: |PQ| asked, > 0; met within 1e-4 mm */
+    double feed_x, feed_y; /* ACROSS, WIDEST: direction of the feed in the part frame, any length;
+                              both 0 (default): +y, along the passes of a footprint. ACROSS is met
+                              within 1e-3 degrees */
+    double scallop_mm;     /* WIDEST: material that may stay on the part; 0 (default): 0.01 mm */
 } btg_solver_def;
 
 BTG_API btg_solver_def btg_solver_def_default(void);
@@ -295,6 +314,7 @@ typedef struct btg_position {
     double spin_rad;        /* alpha */
     double inclination_rad; /* lambda: angle from nP to the axis in the pseudo-insert's plane */
     double bound_mm;        /* proven: nowhere deeper in the part than this; NaN: not proven */
+    int spin_met; /* 1: the spin is the one asked for; WIDEST: there is a strip to compare */
 } btg_position;
 
 /* Bytes of workspace a run call needs for this part; the caller owns the memory, one workspace a
@@ -312,6 +332,10 @@ BTG_API btg_status btg_tilt(const btg_part *part, const btg_tool *tool,
                             const btg_solver_def *solver, const btg_tilt_query *query,
                             void *workspace, size_t workspace_size, btg_tilt_result *result);
 
+/* The same for btg_position_solve and _follow with a spin that is searched for (GAP, ACROSS,
+ * WIDEST); the others need no more than btg_workspace_size. */
+BTG_API size_t btg_position_workspace_size(const btg_part *part);
+
 /* drop, spin and tilt over one footprint point: the whole position. Returns what
  * position->status holds, or an error. */
 BTG_API btg_status btg_position_solve(const btg_part *part, const btg_tool *tool,
@@ -320,19 +344,38 @@ BTG_API btg_status btg_position_solve(const btg_part *part, const btg_tool *tool
                                       btg_position *position);
 
 /* The same, started from the contacts of a neighbour on the path: quicker; the answer is the same
- * to the tolerance. NULL or a neighbour without contacts: as btg_position_solve. */
+ * to the tolerance. A spin that is searched for starts from the neighbour's: quicker as well, and
+ * of several spins that meet the aim it stays with the neighbour's; WIDEST then looks for the
+ * widest strip near that spin alone. NULL or a neighbour without contacts: as btg_position_solve.
+ */
 BTG_API btg_status btg_position_follow(const btg_part *part, const btg_tool *tool,
                                        const btg_solver_def *solver, double foot_x_mm,
                                        double foot_y_mm, const btg_position *neighbour,
                                        void *workspace, size_t workspace_size,
                                        btg_position *position);
 
+/* Width of the strip that a position machines, with feed and scallop of the solver. Cut the part by
+ * vertical planes along the feed: a plane belongs to the strip when the part in it comes within
+ * scallop_mm of the cutter. The strip is all such planes from P outward, and from Q, measured
+ * horizontally across the feed, as side steps are; what lies between P and Q and is farther from
+ * the cutter does not count. It is what one pass leaves within the scallop as long as the tool
+ * stays to the part as it is.
+ * Followed along the surface of each contact, over the patches of a B-spline, to the surface's
+ * edge: another surface does not count, and a triangle stands for its plane. Within 1 % where the
+ * strip ends inside a smooth surface. OSCULATING and SINGLE_CONTACT have the strip about P; without
+ * contact the width is 0. Real-time: yes. ERROR_ARGUMENT as for the run calls. */
+BTG_API btg_status btg_position_strip(const btg_part *part, const btg_tool *tool,
+                                      const btg_solver_def *solver, const btg_position *position,
+                                      double *width_mm);
+
 /* ---- composing DROP and TILT (for back ends and batches) ---------------------------------- */
 
 /* The DROP query over a footprint point: axis +z through (x, y, 0). */
 BTG_API btg_drop_query btg_position_drop_query(double foot_x_mm, double foot_y_mm);
 
-/* From a drop to the TILT query after it. SINGLE_CONTACT: this first contact leaves no tilt (on
+/* From a drop to the TILT query after it, spun where the spin is FIXED; a spin that is searched for
+ * (GAP, ACROSS, WIDEST) is left to btg_position_solve and btg_backend_positions: these two calls
+ * then are those of NONE. SINGLE_CONTACT: this first contact leaves no tilt (on
  * the flat, on the axis, by the shank, or by a ball); *tilt is then untouched. */
 BTG_API btg_status btg_position_tilt_query(const btg_tool *tool, const btg_solver_def *solver,
                                            const btg_drop_query *query, const btg_drop_result *drop,
