@@ -66,7 +66,10 @@ static int set_up(run *r) {
     btg_backend_def def = btg_backend_def_default();
     def.name = o->backend;
     def.threads = o->threads;
-    status = btg_backend_open(&def, r->part, &r->tool, &o->solver, &r->backend, &r->message);
+    btg_solver_def solver = o->solver;
+    solver.feed_x = cos(o->feed_deg * (BTG_PI / 180));
+    solver.feed_y = sin(o->feed_deg * (BTG_PI / 180));
+    status = btg_backend_open(&def, r->part, &r->tool, &solver, &r->backend, &r->message);
     if (status != BTG_OK) return app_complain(app_code(status), "%s", r->message.text);
     status = sinks_open(&r->sinks, o, r->part, &r->tool, r->clear_z_mm, &r->message);
     if (status == BTG_OK) return APP_DONE;

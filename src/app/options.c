@@ -11,6 +11,8 @@ void options_default(path_options *o) {
     o->feed_mm_per_min = 1000.0;
     o->backend = "auto";
     o->solver = btg_solver_def_default();
+    o->solver.scallop_mm = 0.01;
+    o->feed_deg = 90.0;
     o->max_tilt_deg = 45.0;
     o->gltf = btg_gltf_def_default();
 }

@@ -28,6 +28,7 @@ typedef struct path_options {
     uint32_t threads; /* 0: as many as there are */
     btg_solver_def solver;
     double spin_deg, max_tilt_deg; /* as typed, for the summary */
+    double feed_deg;               /* from +x toward +y; the footprint's passes run along 90 */
     btg_gltf_def gltf;
     bool json, quiet;
 } path_options;

@@ -203,22 +203,52 @@ static bool set_backend(path_options *o, const char *name, const char *value) {
     return app_refuse(name, "unknown '%.100s'; give one of %s", value, names);
 }
 
+/* `fixed:DEG`, -360 to 360. */
+static bool set_fixed(path_options *o, const char *name, const char *degrees) {
+    if (!get_number(name, degrees, &o->spin_deg)) return false;
+    if (fabs(o->spin_deg) > 360)
+        return app_refuse(name, "more than a whole turn; give -360 to 360");
+    o->solver.spin = BTG_SPIN_FIXED;
+    o->solver.spin_rad = o->spin_deg * (BTG_PI / 180);
+    return true;
+}
+
+static bool set_gap(path_options *o, const char *name, const char *mm) {
+    if (!get_positive(name, mm, &o->solver.gap_mm)) return false;
+    if (o->solver.gap_mm > BTG_LENGTH_MAX) return app_refuse(name, "a gap of more than 1e6 mm");
+    o->solver.spin = BTG_SPIN_GAP;
+    return true;
+}
+
 static bool set_spin(path_options *o, const char *name, const char *value) {
-    static const char *const known[] = {"gap", "across", "widest"};
+    if (strncmp(value, "fixed:", 6) == 0) return set_fixed(o, name, value + 6);
+    if (strncmp(value, "gap:", 4) == 0) return set_gap(o, name, value + 4);
     if (strcmp(value, "none") == 0) {
         o->solver.spin = BTG_SPIN_NONE;
-        return true;
+    } else if (strcmp(value, "across") == 0) {
+        o->solver.spin = BTG_SPIN_ACROSS;
+    } else if (strcmp(value, "widest") == 0) {
+        o->solver.spin = BTG_SPIN_WIDEST;
+    } else {
+        return app_refuse(name, "unknown '%.100s'; give none, fixed:DEG, gap:MM, across or widest",
+                          value);
     }
-    if (strncmp(value, "fixed:", 6) == 0) {
-        if (!get_number(name, value + 6, &o->spin_deg)) return false;
-        if (fabs(o->spin_deg) > 360)
-            return app_refuse(name, "more than a whole turn; give -360 to 360");
-        o->solver.spin = BTG_SPIN_FIXED;
-        o->solver.spin_rad = o->spin_deg * (BTG_PI / 180);
-        return true;
-    }
-    if (ONE_OF(value, known) || strncmp(value, "gap:", 4) == 0) return later(name, value);
-    return app_refuse(name, "unknown '%.100s'; give none or fixed:DEG", value);
+    return true;
+}
+
+static bool set_scallop(path_options *o, const char *name, const char *value) {
+    double mm = 0;
+    if (!get_positive(name, value, &mm)) return false;
+    if (mm > 100) return app_refuse(name, "'%s'; give at most 100 mm", value);
+    o->solver.scallop_mm = mm;
+    return true;
+}
+
+static bool set_feed_direction(path_options *o, const char *name, const char *value) {
+    if (!get_number(name, value, &o->feed_deg)) return false;
+    if (fabs(o->feed_deg) > 360)
+        return app_refuse(name, "more than a whole turn; give -360 to 360");
+    return true;
 }
 
 static bool set_max_tilt(path_options *o, const char *name, const char *value) {
@@ -321,6 +351,8 @@ const option path_option_list[] = {
     {"--method", set_method, false},
     {"--backend", set_backend, false},
     {"--spin", set_spin, false},
+    {"--scallop", set_scallop, false},
+    {"--feed-direction", set_feed_direction, false},
     {"--max-tilt", set_max_tilt, false},
     {"--tolerance", set_tolerance, false},
     {"--node-budget", set_node_budget, false},

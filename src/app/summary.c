@@ -20,6 +20,7 @@ void summary_add(summary *s, const btg_row *row) {
     if (s->tilted == 0 || degrees < s->tilt_min_deg) s->tilt_min_deg = degrees;
     if (s->tilted == 0 || degrees > s->tilt_max_deg) s->tilt_max_deg = degrees;
     s->tilted++;
+    if (row->position.spin_met) s->spin_met++;
     double bin = degrees * TILT_BINS_PER_DEGREE;
     s->tilt_bins[bin < TILT_BINS - 1 ? (size_t)bin : TILT_BINS - 1]++;
 }
@@ -51,6 +52,11 @@ static const char *footprint_word(const path_options *o) {
 
 static const char *profile_word(const btg_tool_def *tool) {
     return tool->profile == BTG_PROFILE_TOROIDAL ? "toroidal" : "bullnose";
+}
+
+static const char *spin_word(const path_options *o) {
+    static const char *const word[5] = {"none", "fixed", "gap", "across", "widest"};
+    return word[o->solver.spin];
 }
 
 /* ---- for people --------------------------------------------------------------------------- */
@@ -91,6 +97,10 @@ static void print_method(const path_options *o, FILE *file) {
     fprintf(file, "method      vcrf, tolerance %.6g mm, tilt up to %.6g deg",
             o->solver.tolerance_mm, o->max_tilt_deg);
     if (o->solver.spin == BTG_SPIN_FIXED) fprintf(file, ", spin %.6g deg", o->spin_deg);
+    if (o->solver.spin == BTG_SPIN_GAP) fprintf(file, ", gap %.6g mm", o->solver.gap_mm);
+    if (o->solver.spin == BTG_SPIN_ACROSS) fprintf(file, ", contacts across the feed");
+    if (o->solver.spin == BTG_SPIN_WIDEST)
+        fprintf(file, ", widest strip, scallop %.6g mm", o->solver.scallop_mm);
     fprintf(file, "\n");
 }
 
@@ -112,6 +122,10 @@ void summary_print(const summary *s, FILE *file) {
     if (s->tilted > 0) {
         fprintf(file, "tilt        min %.2f, median %.2f, max %.2f deg\n", s->tilt_min_deg,
                 median(s), s->tilt_max_deg);
+    }
+    if (s->tilted > 0 && (o->solver.spin == BTG_SPIN_GAP || o->solver.spin == BTG_SPIN_ACROSS)) {
+        fprintf(file, "spin        met at %" PRIu64 " of %" PRIu64 ", the nearest elsewhere\n",
+                s->spin_met, s->tilted);
     }
     fprintf(file, "solved      in %.3g s, %.0f positions/s, by %s on %lu thread%s\n", s->seconds,
             rate(s), s->backend, (unsigned long)s->threads, s->threads == 1 ? "" : "s");
@@ -189,8 +203,14 @@ void summary_json(const summary *s, btg_json *json) {
     json_statuses(s, json);
     btg_json_number(json, "tolerance_mm", o->solver.tolerance_mm);
     btg_json_number(json, "max_tilt_deg", o->max_tilt_deg);
-    btg_json_string(json, "spin", o->solver.spin == BTG_SPIN_FIXED ? "fixed" : "none");
+    btg_json_string(json, "spin", spin_word(o));
     btg_json_number(json, "spin_deg", o->spin_deg);
+    btg_json_count(json, "spin_met", s->spin_met);
+    if (o->solver.spin == BTG_SPIN_GAP) btg_json_number(json, "gap_mm", o->solver.gap_mm);
+    if (o->solver.spin == BTG_SPIN_WIDEST) {
+        btg_json_number(json, "scallop_mm", o->solver.scallop_mm);
+    }
+    btg_json_number(json, "feed_direction_deg", o->feed_deg);
     btg_json_string(json, "footprint", footprint_word(o));
     json_part(s, json);
     json_tool(&o->tool, json);

@@ -22,6 +22,7 @@ typedef struct summary {
     uint64_t positions, lifts;
     uint64_t statuses[SUMMARY_STATUSES]; /* by btg_status */
     uint64_t tilted;                     /* positions with two contacts, osculating ones included */
+    uint64_t spin_met;                   /* of those, with the spin that was asked for */
     double tilt_min_deg, tilt_max_deg;
     uint64_t tilt_bins[TILT_BINS];
 } summary;

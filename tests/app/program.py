@@ -108,6 +108,9 @@ def numbers(record):
     return [float(x) for x in record.split("/", 1)[1].split(",")]
 
 
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+
+
 class Case(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
@@ -231,10 +234,13 @@ class Refusals(Case):
             self.refuse("--method", value, say="not in this version")
         self.refuse("--method", "magic", say="vcrf")
         self.refuse("--backend", "abacus", say="auto, cpu, reference")
-        for value in ("gap:2", "across", "widest"):
-            self.refuse("--spin", value, say="not in this version")
-        for value in ("", "fixed", "fixed:", "fixed:x", "fixed:361"):
+        for value in ("", "fixed", "fixed:", "fixed:x", "fixed:361", "gap", "gap:", "gap:0",
+                      "gap:-1", "gap:2e6", "gap:x", "acros", "widest:1"):
             self.refuse("--spin", value)
+        for value in ("", "0", "-1", "x", "101"):
+            self.refuse("--scallop", value)
+        for value in ("", "x", "361"):
+            self.refuse("--feed-direction", value)
         for value in ("", "inch", "M"):
             self.refuse("--gltf-unit", value)
         self.refuse("--up", "x", say="y or z")
@@ -444,6 +450,30 @@ class Options(Case):
         fine = self.path("--tolerance", "1e-6")
         for a, b in zip(default, fine):
             self.assertLess(abs(float(a["drop_z"]) - float(b["drop_z"])), 1e-3)
+
+    def test_spin(self):
+        self.part = os.path.join(ROOT, "assets", "saddle.gltf")
+        words = ["--side-step", "50", "--forward-step", "30"]
+        out = self.at("out.csv")
+        gap = ["--spin", "gap:5", *words]
+        said = json.loads(self.good("path", self.part, "--json", "-o", out, *gap))
+        met = 0
+        for r in rows_of(out):
+            pq = [float(r["q_" + c]) - float(r["p_" + c]) for c in "xyz"]
+            met += abs(math.hypot(*pq) - 5) <= 1e-4
+        self.assertEqual((said["spin"], said["gap_mm"], said["spin_met"]), ("gap", 5, met))
+        self.assertGreater(met, said["positions"] / 2)
+        self.assertIn(f"met at {met} of", self.good("path", self.part, *gap))
+
+        def axes(*spin):
+            return [r["axis_x"] for r in self.path(*words, "--spin", *spin)]
+
+        turned = axes("across", "--feed-direction", "0")
+        self.assertNotEqual(axes("across"), turned)
+        self.assertEqual(axes("across"), axes("across", "--feed-direction", "90"))
+        self.assertNotEqual(axes("widest"), axes("widest", "--scallop", "0.1"))
+        self.assertNotEqual(axes("widest"), axes("widest", "--feed-direction", "0"))
+        self.assertEqual(axes("widest"), axes("widest", "--threads", "1"))
 
     def test_backends(self):
         points = "points:" + self.write("p.txt", "10 20\n30 31\n")
