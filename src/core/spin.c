@@ -48,7 +48,7 @@
 /* Widest: the crest to aim at, part of the scallop, and what is good enough. Beyond 1 the strip
  * falls in two. */
 #define CREST_AIM  0.97
-#define CREST_GOOD 0.93
+#define CREST_GOOD 0.94
 /* From here on the crest is a matter of |PQ| alone. */
 #define CREST_NEAR 0.05
 /* A strip that much wider is worth another tilt. */
@@ -334,6 +334,18 @@ static double remote(const btg_spin_sample *m, int number, double heading) {
     return fabs(log(m->crest / CREST_AIM)) + far;
 }
 
+/* The sample of a branch nearest to `low` whose crest is too high. */
+static const btg_spin_sample *beyond_crest(const btg_spin_search *s, const btg_spin_sample *low,
+                                           int number, double heading) {
+    const btg_spin_sample *high = NULL;
+    for (uint32_t i = 0; i < s->count; i++) {
+        const btg_spin_sample *m = &s->sample[i];
+        if (isnan(m->half) || m->crest <= CREST_AIM || branch_of(m, heading) != number) continue;
+        if (!high || distance(m->alpha, low->alpha) < distance(high->alpha, low->alpha)) high = m;
+    }
+    return high;
+}
+
 static branch branch_look(const btg_spin_search *s, int number, double heading) {
     const btg_spin_sample *low = NULL, *high = NULL, *model = NULL;
     branch b = {NAN, INFINITY, false, false};
@@ -345,15 +357,16 @@ static branch branch_look(const btg_spin_search *s, int number, double heading) 
         b.own = true;
         if (at_crest(m)) b.settled = true;
         if (m->crest <= CREST_AIM && (!low || m->crest > low->crest)) low = m;
-        if (m->crest > CREST_AIM && (!high || m->crest < high->crest)) high = m;
     }
     if (!model) return b;
     double middle = model->heading + (branch_of(model, heading) / 2 != number / 2 ? BTG_PI : 0);
     b.spin = wrap(middle + (number % 2 ? model->half : -model->half));
     if (low) b.could = low->could;
-    if (low && high && low->crest > CREST_NEAR) { /* by the logarithm, which is straighter */
+    if (low) high = beyond_crest(s, low, number, heading);
+    if (high && low->crest > CREST_NEAR) { /* by the logarithm, which is straighter */
         double a = log(low->crest / CREST_AIM), c = log(high->crest / CREST_AIM);
-        b.spin = wrap(low->alpha + wrap(high->alpha - low->alpha) * a / (a - c));
+        double share = fmin(fmax(a / (a - c), 0.1), 0.9);
+        b.spin = wrap(low->alpha + wrap(high->alpha - low->alpha) * share);
         if (distance(low->alpha, high->alpha) < WIDEST_SPIN) b.settled = true;
     }
     if (tried(s, b.spin, WIDEST_SPIN)) b.settled = true;
