@@ -110,7 +110,8 @@ static bool same_position(const btg_position *a, const btg_position *b) {
            same_contact(&a->p, &b->p) && same_contact(&a->q, &b->q) &&
            same(a->foot_x_mm, b->foot_x_mm) && same(a->foot_y_mm, b->foot_y_mm) &&
            same(a->drop_z_mm, b->drop_z_mm) && same(a->tilt_rad, b->tilt_rad) &&
-           same(a->spin_rad, b->spin_rad) && same(a->inclination_rad, b->inclination_rad);
+           same(a->spin_rad, b->spin_rad) && same(a->inclination_rad, b->inclination_rad) &&
+           a->spin_met == b->spin_met;
 }
 
 static void compare(const answers *a, const answers *b) {
@@ -151,6 +152,40 @@ static void test_alone(const btg_part *part, const answers *batch) {
         CHECK(same_position(&p, &batch->positions[i]));
     }
     free(workspace);
+}
+
+/* Rounds of batches give what one call a position gives, for spins that are searched for too. */
+static void test_spins(const btg_part *part) {
+    enum { FEET = 60 };
+    const btg_solver_def plain = solver;
+    size_t size = btg_position_workspace_size(part);
+    void *workspace = malloc(size);
+    CHECK(workspace != NULL);
+    for (int spin = BTG_SPIN_FIXED; spin <= BTG_SPIN_WIDEST; spin++) {
+        double feet[2 * FEET];
+        btg_position p, batch[FEET];
+        solver.spin = (btg_spin)spin;
+        solver.spin_rad = 0.7;
+        solver.gap_mm = 4;
+        solver.feed_x = 1;
+        int met = 0;
+        for (int i = 0; i < FEET; i++)
+            foot_of(COUNT * i / FEET, &feet[2 * i]);
+        for (uint32_t threads = 1; threads < 4; threads += 2) {
+            btg_backend *backend = make(part, "cpu", threads);
+            CHECK(btg_backend_positions(backend, feet, FEET, batch, NULL) == BTG_OK);
+            btg_backend_close(backend);
+            for (int i = 0; i < FEET; i++) {
+                CHECK(btg_position_solve(part, &tool, &solver, feet[2 * i], feet[2 * i + 1],
+                                         workspace, size, &p) >= 0);
+                CHECK(same_position(&p, &batch[i]));
+                met += p.spin_met;
+            }
+        }
+        CHECK(met > 0);
+    }
+    free(workspace);
+    solver = plain;
 }
 
 static void test_sizes(const btg_part *part, const answers *all) {
@@ -259,6 +294,15 @@ static void test_opening(const btg_part *part) {
     bad = solver;
     bad.spin_rad = NAN;
     cannot_open(part, "cpu", &bad, BTG_ERROR_ARGUMENT, "spin");
+    bad = solver;
+    bad.spin = BTG_SPIN_GAP;
+    cannot_open(part, "cpu", &bad, BTG_ERROR_ARGUMENT, "gap");
+    bad = solver;
+    bad.feed_y = NAN;
+    cannot_open(part, "cpu", &bad, BTG_ERROR_ARGUMENT, "feed");
+    bad = solver;
+    bad.scallop_mm = -1;
+    cannot_open(part, "cpu", &bad, BTG_ERROR_ARGUMENT, "scallop");
     cannot_open(NULL, "cpu", &solver, BTG_ERROR_ARGUMENT, "NULL");
     btg_backend_close(NULL);
 }
@@ -321,10 +365,17 @@ int main(void) {
     if (!all) return 1;
     test_threads(part, all);
     test_alone(part, all);
+    test_spins(part);
     test_sizes(part, all);
     test_bad_drops(part);
     test_bad_tilts(part, all);
     test_opening(part);
+    test_memory(part, all);
+    solver.spin = BTG_SPIN_GAP;
+    solver.gap_mm = 4;
+    btg_backend *backend = make(part, "cpu", 1);
+    solve(backend, all);
+    btg_backend_close(backend);
     test_memory(part, all);
     free(all);
     btg_part_destroy(part);
