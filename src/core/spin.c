@@ -38,6 +38,8 @@
 #define SLOPE_STEP (4 * DEGREE)
 /* Steps after a model or a slope before the scan. */
 #define TRIES 5
+/* Values farther apart say nothing about what is between them. */
+#define WIDEST_BRACKET (2 * SCAN_STEP)
 /* Steps toward the greatest value of a parabola. */
 #define POLISHES 4
 /* Widest: the spin need not be known better, its strip changes by less than a percent. */
@@ -186,7 +188,7 @@ static bool scan(const btg_spin_search *s, double *alpha) {
 
 /* From a to the spin `way` on, the value passes 0 without a jump. */
 static bool brackets(const btg_spin_search *s, double a, double b, double way) {
-    if (!(a * b < 0) || way <= SAME_SPIN) return false;
+    if (!(a * b < 0) || way <= SAME_SPIN || way > WIDEST_BRACKET) return false;
     double most = s->solver->spin == BTG_SPIN_GAP
                       ? s->tool->element[0].ring_radius_mm + s->tool->element[0].corner_radius_mm
                       : 1;
@@ -215,7 +217,7 @@ static double step_inside(const btg_spin_search *s, const btg_spin_sample *a,
         third = r->value;
         at = way + after;
     }
-    if (s->count % 4 == 3) return 0.5 * way;
+    if (s->count > TRIES && s->count % 3 == 0) return 0.5 * way;
     double x = interpolate(0, a->value, way, b->value, at, third);
     if (!(x > 0 && x < way)) x = interpolate(0, a->value, way, b->value, 0, NAN);
     if (!isnan(a->half) && s->count <= 2) { /* the model knows more than two values */
@@ -231,15 +233,14 @@ static double step_inside(const btg_spin_search *s, const btg_spin_sample *a,
 
 static bool root_in_bracket(const btg_spin_search *s, double *alpha) {
     const btg_spin_sample *best = NULL;
-    double nearest = INFINITY, best_way = 0;
+    double nearest = INFINITY;
     for (uint32_t i = 0; i < s->count; i++) {
         double way;
         const btg_spin_sample *a = &s->sample[i], *b = neighbour(s, a, 1, &way);
         if (!brackets(s, a->value, b->value, way)) continue;
-        double off = fmin(distance(a->alpha, s->start), distance(b->alpha, s->start));
-        if (off > nearest || (off == nearest && way > best_way)) continue;
+        double off = fmax(distance(a->alpha, s->start), distance(b->alpha, s->start));
+        if (off >= nearest) continue;
         best = a;
-        best_way = way;
         nearest = off;
     }
     if (!best) return false;

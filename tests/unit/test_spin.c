@@ -109,6 +109,17 @@ static btg_status solve(const setting *s, btg_position *p) {
     return status;
 }
 
+/* The spin a position says it has leads to it again. */
+static void check_spin(setting s, const btg_position *p) {
+    btg_position again;
+    if (p->spin_rad == 0) return;
+    s.solver.spin = BTG_SPIN_FIXED;
+    s.solver.spin_rad = p->spin_rad;
+    solve(&s, &again);
+    CHECK(again.status == p->status);
+    CHECK_NEAR(vec_norm(vec_sub(again.tip, p->tip)), 0, 1e-9);
+}
+
 static btg_vec3 pq(const btg_position *p) {
     return vec_sub(p->q.point, p->p.point);
 }
@@ -133,7 +144,7 @@ static double strip_of(const setting *s, const btg_position *p) {
 /* ---- policies ----------------------------------------------------------------------------- */
 
 typedef struct tally {
-    int gap, across, across_could, near, widest, solved;
+    int gap, across, across_could, near, other, widest, solved;
     double strip_gain;
 } tally;
 
@@ -162,6 +173,10 @@ static around look_around(setting s) {
     return best;
 }
 
+static double turn(const btg_position *a, const btg_position *b) {
+    return fabs(remainder(a->spin_rad - b->spin_rad, 2 * BTG_PI));
+}
+
 static void test_gap(setting s, const around *all, tally *t) {
     btg_position p, next;
     s.solver.spin = BTG_SPIN_GAP;
@@ -169,6 +184,7 @@ static void test_gap(setting s, const around *all, tally *t) {
     double off = fabs(gap_of(&p) - s.solver.gap_mm);
     CHECK((off <= 1e-4) == (p.spin_met == 1));
     t->gap += p.spin_met;
+    check_spin(s, &p);
     /* too much for every spin: the nearest is the largest there is */
     setting far = s;
     far.solver.gap_mm = 40;
@@ -180,7 +196,15 @@ static void test_gap(setting s, const around *all, tally *t) {
     CHECK(btg_position_follow(s.part, &s.tool, &s.solver, s.x + 0.1, s.y, &p, s.workspace, s.size,
                               &next) >= 0);
     CHECK(fabs(gap_of(&next) - s.solver.gap_mm) <= 1e-4 || !next.spin_met);
-    t->near += next.spin_met && fabs(remainder(next.spin_rad - p.spin_rad, 2 * BTG_PI)) < 0.2;
+    t->near += next.spin_met && turn(&next, &p) < 0.2;
+    /* and that of a path on the other side, there */
+    s.solver.spin = BTG_SPIN_FIXED;
+    s.solver.spin_rad = p.spin_rad + BTG_PI;
+    if (solve(&s, &p) != BTG_OK) return;
+    s.solver.spin = BTG_SPIN_GAP;
+    CHECK(btg_position_follow(s.part, &s.tool, &s.solver, s.x, s.y, &p, s.workspace, s.size,
+                              &next) >= 0);
+    t->other += next.spin_met && turn(&next, &p) < BTG_PI / 2;
 }
 
 static void test_across(setting s, const around *all, tally *t) {
@@ -201,6 +225,7 @@ static void test_widest(setting s, const around *all, tally *t) {
     double width = strip_of(&s, &p);
     CHECK(p.spin_met && width > 0);
     CHECK(width >= strip_of(&s, &none));
+    check_spin(s, &p);
     t->widest += width >= 0.99 * all->strip;
     t->strip_gain += width / all->strip;
 }
@@ -219,12 +244,13 @@ static void test_policies(rng *r) {
         }
         end_setting(&s);
     }
-    printf("%d positions: gap met %d, next one near %d; across met %d, met or nearest %d; "
+    printf("%d positions: gap met %d, next one near %d, and on the other side %d; across met %d, "
+           "met or nearest %d; "
            "widest within 1 %% of %d spins %d, %.4f of theirs in the mean\n",
-           t.solved, t.gap, t.near, t.across, t.across_could, SPINS, t.widest,
+           t.solved, t.gap, t.near, t.other, t.across, t.across_could, SPINS, t.widest,
            t.strip_gain / t.solved);
     CHECK(t.solved >= ROUNDS * 9 / 10);
-    CHECK(t.gap >= t.solved * 9 / 10 && t.near >= t.gap * 9 / 10);
+    CHECK(t.gap >= t.solved * 9 / 10 && t.near >= t.gap * 9 / 10 && t.other >= t.gap * 8 / 10);
     CHECK(t.across >= 1 && t.across_could >= t.solved * 8 / 10);
     CHECK(t.widest >= t.solved * 7 / 10 && t.strip_gain >= 0.985 * t.solved);
 }
