@@ -31,6 +31,8 @@
 
 /* Spins this close are one; a bracket that narrow holds a jump. */
 #define SAME_SPIN 1e-9
+/* At right angles to the heading there is no |PQ| to go by. */
+#define COS_MIN 1e-3
 /* A value that changes across a bracket by that many times what any smooth piece would. */
 #define JUMP 20.0
 /* A scan's step, and the step of a first slope. */
@@ -40,8 +42,10 @@
 #define TRIES 5
 /* Values farther apart say nothing about what is between them. */
 #define WIDEST_BRACKET (2 * SCAN_STEP)
-/* Steps toward the greatest value of a parabola. */
-#define POLISHES 4
+/* Steps toward the greatest value of a parabola: for a strip, and for the nearest spin where none
+ * meets the aim. */
+#define POLISHES_WIDEST 4
+#define POLISHES        2
 /* Widest: the spin need not be known better, its strip changes by less than a percent. */
 #define WIDEST_SPIN (0.5 * DEGREE)
 /* Widest: spins farther apart may hide a strip between them. */
@@ -55,6 +59,8 @@
 #define CREST_NEAR 0.05
 /* A strip that much wider is worth another tilt. */
 #define WORTH 0.003
+/* A branch that has no strip of its own so near its place is none. */
+#define UNSEEN (8 * DEGREE)
 
 static double wrap(double angle) {
     angle = remainder(angle, 2 * BTG_PI);
@@ -105,7 +111,7 @@ static void set_model(btg_spin_sample *sample, const btg_tilt_query *unspun, btg
                       double gap) {
     btg_vec3 n = unspun->p.normal, e = vec_cross(n, unspun->u), right = vec_cross(n, e);
     sample->heading = atan2(vec_dot(pq, right), vec_dot(pq, e));
-    double across = vec_norm(pq) / fmax(cos(sample->alpha - sample->heading), 1e-3);
+    double across = vec_norm(pq) / fmax(cos(sample->alpha - sample->heading), COS_MIN);
     sample->half = acos(fmin(gap / across, 1));
 }
 
@@ -118,9 +124,12 @@ static void judge_widest(const btg_spin_search *s, const btg_tilt_query *query,
     sample->value = found.width_mm;
     if (!(found.crest_mm > 0)) return;
     sample->crest = found.crest_mm / strip.scallop_mm;
-    sample->could = found.could_mm;
     btg_vec3 pq = vec_sub(tilt->contact.point, query->p.point);
-    set_model(sample, &s->unspun, pq, vec_norm(pq) * sqrt(sqrt(CREST_AIM / sample->crest)));
+    double stretch = sqrt(sqrt(CREST_AIM / sample->crest));
+    set_model(sample, &s->unspun, pq, vec_norm(pq) * stretch);
+    /* no farther apart than the model has them at the most */
+    stretch = fmin(stretch, 1 / fmax(cos(sample->alpha - sample->heading), COS_MIN));
+    sample->could = found.span_mm + (stretch - 1) * found.apart_mm;
 }
 
 static btg_spin_sample judge(const btg_spin_search *s, const btg_tilt_query *query,
@@ -289,7 +298,8 @@ static bool root_ahead(const btg_spin_search *s, double *alpha) {
 static bool uphill(btg_spin_search *s, double within, double *alpha) {
     const btg_spin_sample *b = best_of(s);
     double left, right;
-    if (!b || s->polishes == POLISHES || s->count < 3) return false;
+    uint32_t most = s->solver->spin == BTG_SPIN_WIDEST ? POLISHES_WIDEST : POLISHES;
+    if (!b || s->polishes == most || s->count < 3) return false;
     const btg_spin_sample *l = neighbour(s, b, -1, &left), *r = neighbour(s, b, 1, &right);
     if (left + right < 2 * within) return false;
     s->polishes++;
@@ -370,7 +380,7 @@ static branch branch_look(const btg_spin_search *s, int number, double heading) 
         b.spin = wrap(low->alpha + wrap(high->alpha - low->alpha) * share);
         if (distance(low->alpha, high->alpha) < WIDEST_SPIN) b.settled = true;
     }
-    if (tried(s, b.spin, WIDEST_SPIN)) b.settled = true;
+    if (tried(s, b.spin, b.own ? WIDEST_SPIN : UNSEEN)) b.settled = true;
     return b;
 }
 

@@ -243,7 +243,7 @@ static bool stand_at(const btg_strip_query *query, const btg_contact *contact, s
 btg_strip btg_strip_measure(const btg_strip_query *query, const btg_contact *p,
                             const btg_contact *q) {
     stand a, b;
-    btg_strip strip = {0, NAN, NAN};
+    btg_strip strip = {.crest_mm = NAN};
     bool has_a = stand_at(query, p, &a), has_b = q && stand_at(query, q, &b);
     if (!has_a || !has_b) {
         if (has_a) strip.width_mm = walk(query, &a, 1) - walk(query, &a, -1);
@@ -258,12 +258,9 @@ btg_strip btg_strip_measure(const btg_strip_query *query, const btg_contact *p,
     double from_a = walk(query, &a, -1), to_a = walk(query, &a, 1);
     double from_b = walk(query, &b, -1), to_b = walk(query, &b, 1);
     double from = fmin(from_a, from_b), to = fmax(to_a, to_b), gap = from_b - to_a;
-    double apart = b.station - a.station;
+    strip.apart_mm = b.station - a.station;
     strip.width_mm = gap > 0 ? to - from - gap : to - from;
     strip.crest_mm = crest(query, &a, b.station);
-    if (strip.crest_mm > 0) {
-        double stretched = apart * sqrt(sqrt(query->scallop_mm / strip.crest_mm));
-        strip.could_mm = to - from + stretched - apart;
-    }
+    strip.span_mm = to - from;
     return strip;
 }

@@ -15,8 +15,8 @@ typedef struct btg_strip_query {
 typedef struct btg_strip {
     double width_mm; /* about both contacts together; what both cover counts once */
     double crest_mm; /* farthest from the tool between the contacts; NaN: not known */
-    double could_mm; /* about the width with contacts just so far apart that the crest is the
-                        scallop; NaN: not known */
+    double span_mm;  /* from end to end, what is too far between them included */
+    double apart_mm; /* of the contacts, across the feed; 0 without q */
 } btg_strip;
 
 /* q may be NULL. */
