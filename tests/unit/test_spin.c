@@ -370,6 +370,24 @@ static void test_patches(rng *r) {
         CHECK_NEAR(width[1][i], width[0][i], 2e-3 * width[0][i] + 1e-3);
 }
 
+/* No feed is one along +y; a feed has a direction, but no length and no sense. */
+static void test_feed(rng *r) {
+    setting s = make_setting(r, 2);
+    const double feed[5][2] = {{0, 0}, {0, 1}, {0, 7}, {0, -1}, {1, 0}};
+    double width[5];
+    btg_position p;
+    solve(&s, &p);
+    for (int i = 0; i < 5; i++) {
+        s.solver.feed_x = feed[i][0];
+        s.solver.feed_y = feed[i][1];
+        width[i] = strip_of(&s, &p);
+    }
+    for (int i = 1; i < 4; i++)
+        CHECK_NEAR(width[i], width[0], 1e-6);
+    CHECK(fabs(width[4] - width[0]) > 0.01);
+    end_setting(&s);
+}
+
 /* ---- what is refused ---------------------------------------------------------------------- */
 
 static void test_refusals(rng *r) {
@@ -406,6 +424,7 @@ int main(void) {
     test_policies(&r);
     test_strip(&r);
     test_patches(&r);
+    test_feed(&r);
     test_refusals(&r);
     return check_result();
 }
