@@ -291,6 +291,16 @@ static bool root_ahead(const btg_spin_search *s, double *alpha) {
     return true;
 }
 
+/* The scan met no bracket: a spin that some sample's model names, and that nothing is near of. */
+static bool root_elsewhere(const btg_spin_search *s, double *alpha) {
+    for (uint32_t i = 0; i < s->count; i++) {
+        if (!(s->sample[i].half > 0)) continue;
+        *alpha = model_spin(&s->sample[i], s->sample[i].alpha);
+        if (!tried(s, *alpha, SLOPE_STEP / 2)) return true;
+    }
+    return false;
+}
+
 /* ---- the greatest score ------------------------------------------------------------------- */
 
 /* The top of the parabola through the best and its neighbours, or the golden section where that
@@ -474,7 +484,7 @@ static bool choose(btg_spin_search *s, double *alpha) {
         return next_widest(s, alpha) || (!s->any && scan(s, alpha));
     if (s->any && fabs(s->best_score) <= STOP * limit(s)) return false;
     return root_in_bracket(s, alpha) || root_ahead(s, alpha) || scan(s, alpha) ||
-           uphill(s, 100 * SAME_SPIN, alpha);
+           root_elsewhere(s, alpha) || uphill(s, 100 * SAME_SPIN, alpha);
 }
 
 bool btg_spin_next(btg_spin_search *search, btg_tilt_query *query) {
