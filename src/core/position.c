@@ -7,6 +7,8 @@
  * tilts down from there. */
 #include "core/spin.h"
 
+#include <stddef.h>
+
 #define LAID_OVER (BTG_PI / 2)
 /* A first contact this near the axis or inside the flat's rim (part of a radius) is on it. */
 #define ON_RIM 1e-9
@@ -171,4 +173,79 @@ btg_status btg_position_assemble(const btg_tool *tool, const btg_solver_def *sol
     }
     *position = p;
     return p.status;
+}
+
+/* ---- the whole position ------------------------------------------------------------------- */
+
+/* A neighbour's contact as the place to start from. */
+static int start_at(const btg_contact *contact, btg_place *start) {
+    if (!vec_finite(contact->point)) return 0;
+    *start = contact->place;
+    return 1;
+}
+
+btg_status btg_position_solve(const btg_part *part, const btg_tool *tool,
+                              const btg_solver_def *solver, double foot_x_mm, double foot_y_mm,
+                              void *workspace, size_t workspace_size, btg_position *position) {
+    return btg_position_follow(part, tool, solver, foot_x_mm, foot_y_mm, NULL, workspace,
+                               workspace_size, position);
+}
+
+/* The search's state stands behind what btg_tilt uses of the workspace: it is too much for the
+ * stack of a control. */
+static size_t search_offset(const btg_part *part) {
+    size_t align = _Alignof(max_align_t);
+    return (btg_workspace_size(part) + align - 1) / align * align;
+}
+
+size_t btg_position_workspace_size(const btg_part *part) {
+    return search_offset(part) + sizeof(btg_spin_search);
+}
+
+static btg_status search_spin(const btg_part *part, const btg_tool *tool,
+                              const btg_solver_def *solver, const btg_drop_query *query,
+                              const btg_drop_result *drop, btg_tilt_query *frame,
+                              const btg_position *neighbour, void *workspace,
+                              btg_position *position) {
+    size_t offset = search_offset(part);
+    btg_spin_search *search = (btg_spin_search *)((char *)workspace + offset);
+    bool follows = neighbour && vec_finite(neighbour->q.point);
+    btg_spin_begin(search, part, tool, solver, frame, follows ? neighbour->spin_rad : NAN);
+    if (follows) search->has_q = true, search->q = neighbour->q.place;
+    while (btg_spin_next(search, frame)) {
+        btg_tilt_result tilt = {0};
+        btg_status status = btg_tilt(part, tool, solver, frame, workspace, offset, &tilt);
+        if (status < 0 && status != BTG_ERROR_GOUGE) return status;
+        if (status < 0) tilt.status = status;
+        btg_spin_take(search, frame, &tilt);
+    }
+    return btg_spin_finish(search, query->origin.x, query->origin.y, query, drop, position);
+}
+
+btg_status btg_position_follow(const btg_part *part, const btg_tool *tool,
+                               const btg_solver_def *solver, double foot_x_mm, double foot_y_mm,
+                               const btg_position *neighbour, void *workspace,
+                               size_t workspace_size, btg_position *position) {
+    if (!position || !part || !solver) return BTG_ERROR_ARGUMENT;
+    bool searches = btg_spin_searches(solver);
+    if (searches && workspace_size < btg_position_workspace_size(part)) return BTG_ERROR_ARGUMENT;
+    btg_drop_query query = btg_position_drop_query(foot_x_mm, foot_y_mm);
+    if (neighbour) query.has_start = start_at(&neighbour->p, &query.start);
+    btg_drop_result drop;
+    btg_status status = btg_drop(part, tool, solver, &query, workspace, workspace_size, &drop);
+    if (status < 0) return status;
+    btg_tilt_query frame;
+    btg_tilt_result tilt;
+    bool tilts = btg_position_tilt_query(tool, solver, &query, &drop, &frame) == BTG_OK;
+    if (tilts && searches)
+        return search_spin(part, tool, solver, &query, &drop, &frame, neighbour, workspace,
+                           position);
+    if (tilts) {
+        if (neighbour) frame.has_start = start_at(&neighbour->q, &frame.start);
+        status = btg_tilt(part, tool, solver, &frame, workspace, workspace_size, &tilt);
+        if (status < 0 && status != BTG_ERROR_GOUGE) return status;
+        if (status == BTG_ERROR_GOUGE) tilts = false;
+    }
+    return btg_position_assemble(tool, solver, foot_x_mm, foot_y_mm, &query, &drop,
+                                 tilts ? &frame : NULL, tilts ? &tilt : NULL, position);
 }
