@@ -187,8 +187,7 @@ btg_basin btg_basin_make(const btg_search *search, btg_place place, uint32_t ele
     bool edge_u = place.u <= 0 || place.u >= 1, edge_v = place.v <= 0 || place.v >= 1;
     double slope_u = edge_u ? (place.u <= 0 ? x.gu : -x.gu) : 0;
     double slope_v = edge_v ? (place.v <= 0 ? x.gv : -x.gv) : 0;
-    /* Elsewhere the slope must be nothing but rounding; what is left of it times any reach here
-     * stays far below the search's clearance. */
+    /* Elsewhere the slope must be nothing but rounding. */
     const double flat = 1e-9;
     if ((!edge_u && fabs(x.gu) > flat) || (!edge_v && fabs(x.gv) > flat)) return basin;
     if (slope_u < -flat || slope_v < -flat) return basin;
@@ -202,6 +201,7 @@ btg_basin btg_basin_make(const btg_search *search, btg_place place, uint32_t ele
         if (basin_holds(&x, reach, 0.85, slope_u, slope_v) ||
             basin_holds(&x, reach, 0.4, slope_u, slope_v))
             basin.reach = reach;
+    basin.deep = max2(-x.distance, 0) + basin.reach * (fabs(x.gu) + fabs(x.gv));
     return basin;
 }
 
@@ -230,6 +230,30 @@ bool btg_basins_cover(btg_search *search, const btg_region *region, uint32_t ele
     for (int i = 0; i < 2; i++)
         if (search->basin[i].element == element && covers(&search->basin[i], region)) return true;
     return false;
+}
+
+/* ---- about P ------------------------------------------------------------------------------ */
+
+/* So close by next to nothing of the meridian's curvature need be spent. */
+#define SHARE_AT_P 1e-3
+
+/* On P's own sheet by the lower bound of the distance, whose curvature there is no less than 0 but
+ * for rounding. Another sheet that meets P was clear of the tool as it stood at first; since then
+ * the tool has turned about P, where its curvature is at most that of its radii. */
+double btg_search_deep_at_p(const btg_search *search) {
+    const btg_tool_element *e = &search->query.tool->element[0];
+    double reach = sqrt(search->query.p_clearance2), radius = e->corner_radius_mm;
+    if (!(radius > 0)) radius = e->ring_radius_mm;
+    if (search->sheet_count > 1) return reach * reach / radius;
+    btg_surface_point s;
+    expansion x;
+    lower_bound b;
+    btg_part_point(search->part, search->p_place, &s);
+    if (!expand(search, e, search->p_place.item, &s, &x)) return reach * reach / radius;
+    if (!bound_within(&x, &(span){reach, reach, reach}, SHARE_AT_P, &b)) return reach * reach / radius;
+    double least = 0.5 * (b.huu + b.hvv) - norm2(0.5 * (b.huu - b.hvv), b.huv);
+    double deep = max2(-0.5 * least * reach * reach, 0) + b.cubic * reach * reach * reach;
+    return max2(-x.distance, 0) + deep;
 }
 
 /* ---- cells -------------------------------------------------------------------------------- */

@@ -34,6 +34,15 @@ static btg_vec3 rim_normal(const btg_search *search, btg_vec3 tool_normal) {
     return vec_dot(n, search->at.axis) < 0 ? vec_scale(n, -1) : n;
 }
 
+/* Rounding of all the bounds, part of the part's size. */
+#define BOUND_ROUNDING 1e-13
+
+/* What the search has proven, rounded outward. */
+static double proven_bound(const btg_search *search) {
+    double at_p = search->query.op == BTG_OP_TILT ? btg_search_deep_at_p(search) : 0;
+    return (max2(search->deepest, at_p) + BOUND_ROUNDING * search->part->scale) * (1 + 1e-12);
+}
+
 static btg_contact contact_of(const btg_search *search) {
     const btg_tool_element *e = &search->query.tool->element[search->element];
     btg_ray_distance d = btg_ray_tool_distance(e, search->at, search->point);
@@ -59,7 +68,7 @@ static btg_status drop(const btg_part *part, const btg_tool *tool, const btg_sol
     search->start = query->start;
     btg_search_run(search);
     btg_drop_result r = {.status = BTG_NO_CONTACT, .nodes = search->nodes};
-    r.bound_mm = search->tolerance;
+    r.bound_mm = proven_bound(search);
     if (search->spent) {
         r.status = search->bound > -INFINITY ? BTG_BUDGET : BTG_NO_CONTACT;
         r.height_mm = search->bound;
@@ -94,7 +103,7 @@ static btg_status tilt(const btg_part *part, const btg_tool *tool, const btg_sol
     if (start_gouges(search, solver->tolerance_mm)) return BTG_ERROR_GOUGE;
     btg_tilt_result r = {.status = BTG_SINGLE_CONTACT, .nodes = search->nodes};
     r.tilt_rad = query->max_tilt_rad;
-    r.bound_mm = search->tolerance;
+    r.bound_mm = proven_bound(search);
     if (search->spent) {
         r.status = BTG_BUDGET;
         r.tilt_rad = search->bound < 0 ? -search->bound : 0;

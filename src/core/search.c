@@ -92,9 +92,11 @@ static void try_place(btg_search *search, btg_vec3 point, btg_place place) {
     if (hit.value > search->value + slack) btg_search_polish(search, place);
 }
 
-static bool at_the_end(const btg_search *search, double radius) {
-    /* A cell that small holds nothing its centre does not. */
-    return radius <= 0.25 * search->tolerance || search->top + 8 > search->stack_size;
+/* A cell that small holds nothing its centre does not, but for what it may be deeper. */
+static bool at_the_end(btg_search *search, double radius) {
+    if (radius > 0.25 * search->tolerance && search->top + 8 <= search->stack_size) return false;
+    search->deepest = max2(search->deepest, search->tolerance + radius);
+    return true;
 }
 
 static void open_triangle(btg_search *search, const btg_region *region, const btg_piece *piece) {
@@ -330,6 +332,7 @@ void btg_search_run(btg_search *search) {
     bool tilt = search->query.op == BTG_OP_TILT;
     search->at = btg_ray_place(&search->query, tilt ? search->value : 0);
     search->basin_stale = true;
+    search->deepest = search->tolerance;
     if (tilt) btg_search_near_p(search);
     if (search->has_start) btg_search_polish(search, search->start);
     start(search);

@@ -36,6 +36,7 @@ typedef struct btg_basin {
     btg_place place;
     double speed_u, speed_v;
     double reach; /* 0: none */
+    double deep;  /* no point of it is deeper in the tool, mm */
     uint32_t element;
 } btg_basin;
 
@@ -52,6 +53,7 @@ typedef struct btg_search {
     double value;
     bool spent; /* the budget ran out: nothing of the part has a value above `bound` */
     double bound;
+    double deepest;   /* what was left is nowhere deeper in the tool, mm */
     btg_placement at; /* the tool placed there */
     btg_place place;
     btg_vec3 point;
@@ -108,6 +110,10 @@ static inline bool btg_search_clear_at_once(const btg_search *search, const btg_
  * cutter is sharp or nothing is placed yet. */
 bool btg_search_clear_piece(btg_search *search, const btg_region *region,
                             const btg_block_bound *bound, int k);
+/* TILT: no point of the part within the clearance about P is deeper in the tool as placed, mm.
+ * (basin.c) */
+double btg_search_deep_at_p(const btg_search *search);
+
 /* basin.c: the basin of a contact of the tool placed at the best value; a region inside it; and a
  * single cell clear of an element by the Taylor polynomial at its centre. */
 btg_basin btg_basin_make(const btg_search *search, btg_place place, uint32_t element);
