@@ -196,8 +196,8 @@ btg_basin btg_basin_make(const btg_search *search, btg_place place, uint32_t ele
     slope_v = max2(slope_v, 0);
     basin.speed_u = x.speed_u;
     basin.speed_v = x.speed_v;
-    double reach = min2(search->part->scale, 2 * (e->ring_radius_mm + e->corner_radius_mm));
-    for (int i = 0; i < BTG_BASIN_HALVINGS && basin.reach == 0; i++, reach *= 0.7)
+    double reach = min2(search->part->scale, 0.5 * (e->ring_radius_mm + e->corner_radius_mm));
+    for (int i = 0; i < BTG_BASIN_STEPS && basin.reach == 0; i++, reach *= 0.65)
         if (basin_holds(&x, reach, 0.85, slope_u, slope_v) ||
             basin_holds(&x, reach, 0.4, slope_u, slope_v))
             basin.reach = reach;
@@ -250,7 +250,13 @@ double btg_search_deep_at_p(const btg_search *search) {
     lower_bound b;
     btg_part_point(search->part, search->p_place, &s);
     if (!expand(search, e, search->p_place.item, &s, &x)) return reach * reach / radius;
-    if (!bound_within(&x, &(span){reach, reach, reach}, SHARE_AT_P, &b)) return reach * reach / radius;
+    if (!bound_within(&x, &(span){reach, reach, reach}, SHARE_AT_P, &b))
+        return reach * reach / radius;
+    /* at an edge of the item the distance rises inward */
+    bool edge_u = search->p_place.u <= 0 || search->p_place.u >= 1;
+    bool edge_v = search->p_place.v <= 0 || search->p_place.v >= 1;
+    b.huu += edge_u ? 2 * fabs(x.gu) / reach : 0;
+    b.hvv += edge_v ? 2 * fabs(x.gv) / reach : 0;
     double least = 0.5 * (b.huu + b.hvv) - norm2(0.5 * (b.huu - b.hvv), b.huv);
     double deep = max2(-0.5 * least * reach * reach, 0) + b.cubic * reach * reach * reach;
     return max2(-x.distance, 0) + deep;

@@ -82,16 +82,27 @@ static void quotient(double h[6][4], btg_surface_point *out) {
     out->svv = vec_scale(vv, k);
 }
 
+static btg_vec3 first_three(lanes a) {
+    double h[4];
+    lanes_store(h, a);
+    return head(h);
+}
+
 void btg_patch_evaluate(const btg_patch *patch, double u, double v, btg_surface_point *point) {
-    double h[6][4];
     form f = evaluate(patch, -1, lanes_all(u - 0.5), lanes_all(v - 0.5));
-    for (int k = 0; k < 6; k++)
-        lanes_store(h[k], f.d[k]);
-    if (patch->rational)
+    if (patch->rational) {
+        double h[6][4];
+        for (int k = 0; k < 6; k++)
+            lanes_store(h[k], f.d[k]);
         quotient(h, point);
-    else
-        *point = (btg_surface_point){head(h[0]), head(h[1]), head(h[2]),
-                                     head(h[3]), head(h[4]), head(h[5])};
+    } else {
+        point->s = first_three(f.d[0]);
+        point->su = first_three(f.d[1]);
+        point->sv = first_three(f.d[2]);
+        point->suu = first_three(f.d[3]);
+        point->suv = first_three(f.d[4]);
+        point->svv = first_three(f.d[5]);
+    }
     point->s = vec_add(point->s, patch->origin);
 }
 

@@ -8,10 +8,12 @@
 #define ON_EDGE 0.01
 /* Cells this small, in clearances, are near enough to P to find their sheet's nearest point. */
 #define SHEET_REACH 30.0
-/* Where the value's slope out of P is taken, in clearances: there and at twice that. */
-#define SLOPE_AT 20.0
-/* The first polish near P starts at the most so far from it, in minor radii. */
-#define START_MAX 0.5
+/* Places along the ridge, in clearances: the first tells the slope of the value out of P. */
+static const double ridge_steps[] = {20, 60, 180};
+/* As far from P as that, in minor radii, the walk does not tell a little rise from none. */
+#define DIM 0.25
+/* A rise is at most that many times what the slope at P makes of it. */
+#define RISE 3
 
 static void offer_limit(btg_search *search, double value) {
     btg_search_offer(search, value, search->p_place, search->query.p, 0, true);
@@ -51,25 +53,31 @@ static bool along_ridge(const btg_search *search, const double ridge[2], double 
 }
 
 /* Where the tilt is nearly osculating the value rises from P along the direction of its limit, the
- * ridge, by less than the search's clearance shows: a parabola through the limit and two places
- * tells where to start uphill. */
-static void climb_ridge(btg_search *search, const btg_surface_point *p) {
-    double ridge[2], limit, clearance = sqrt(search->query.p_clearance2);
-    if (!btg_ray_ridge(&search->query, p, ridge, &limit)) return;
-    for (int side = -1; side <= 1; side += 2) {
-        double t = SLOPE_AT * clearance, v1, v2, value;
-        btg_place at;
-        if (!along_ridge(search, ridge, side * t, &at, &v1)) continue;
-        if (!along_ridge(search, ridge, side * 2 * t, &at, &v2)) continue;
-        double slope = (4 * v1 - v2 - 3 * limit) / (2 * t), bend = (v2 - 2 * v1 + limit) / (t * t);
-        if (!(slope > 0)) continue;
-        double most = START_MAX * search->query.tool->element[0].corner_radius_mm;
-        double step = bend < 0 ? min2(-slope / bend, most) : most;
-        step = max2(step, 2 * clearance);
-        if (along_ridge(search, ridge, side * step, &at, &value) ||
-            along_ridge(search, ridge, side * t, &at, &value))
-            btg_search_polish(search, at);
+ * ridge, by less than the walk's clearance shows. Its slope there has opposite signs on both
+ * sides: one of them leads uphill. */
+void btg_search_climb_ridge(btg_search *search) {
+    double ridge[2], limit, low, high;
+    btg_place at, best;
+    btg_surface_point p;
+    if (btg_is_triangle(search->part, search->p_place.item)) return;
+    btg_part_point(search->part, search->p_place, &p);
+    if (!btg_ray_ridge(&search->query, &p, ridge, &limit)) return;
+    double clearance = sqrt(search->query.p_clearance2), t = ridge_steps[0] * clearance;
+    bool left = along_ridge(search, ridge, -t, &at, &low);
+    bool right = along_ridge(search, ridge, t, &best, &high);
+    if (!left && !right) return;
+    double slope = left && right ? 0.5 * (high - low) / t : (left ? limit - low : high - limit) / t;
+    double far = DIM * search->query.tool->element[0].corner_radius_mm;
+    if (search->value > limit + RISE * fabs(slope) * far) return;
+    double side = slope > 0 ? 1 : -1, most = -INFINITY;
+    for (size_t i = 0; i < sizeof ridge_steps / sizeof *ridge_steps; i++) {
+        double value;
+        if (!along_ridge(search, ridge, side * ridge_steps[i] * clearance, &at, &value)) break;
+        if (value <= most) break;
+        most = value;
+        best = at;
     }
+    if (most > -INFINITY) btg_search_polish(search, best);
 }
 
 void btg_search_near_p(btg_search *search) {
@@ -78,10 +86,6 @@ void btg_search_near_p(btg_search *search) {
     offer_sheet(search, search->p_place);
     search->sheet[0] = search->p_place.item;
     search->sheet_count = 1;
-    if (btg_is_triangle(search->part, search->p_place.item)) return;
-    btg_surface_point p;
-    btg_part_point(search->part, search->p_place, &p);
-    climb_ridge(search, &p);
 }
 
 static btg_place hold(const btg_search *search, btg_place at) {

@@ -10,6 +10,8 @@
 #define HALVES_MAX 10
 /* Steps shorter than this part of the part's size move the value by less than its rounding. */
 #define STEP_MIN 1e-13
+/* From so near the next step is one of those. */
+#define STEP_NEAR 1e-9
 
 /* Gradient and Hessian of the distance along the item's parameters. */
 typedef struct model {
@@ -121,9 +123,10 @@ void btg_search_polish(btg_search *search, btg_place from) {
     btg_surface_point s;
     btg_ray_hit hit;
     if (!look(search, at, &s, &hit)) return;
-    double shortest = STEP_MIN * search->part->scale;
+    double shortest = STEP_MIN * search->part->scale, near = STEP_NEAR * search->part->scale;
     double rounding = search->query.op == BTG_OP_DROP ? 4e-15 * search->part->scale : 1e-14;
     double last = INFINITY; /* length of the step before */
+    bool settled = false;
     for (int step = 0; step < STEPS_MAX; step++) {
         btg_placement tool = btg_ray_place(&search->query, hit.value);
         const btg_tool_element *e = &search->query.tool->element[hit.element];
@@ -137,13 +140,19 @@ void btg_search_polish(btg_search *search, btg_place from) {
             btg_ray_hit other;
             double pu = next.u - at.u, pv = next.v - at.v;
             double length = sqrt(pu * pu * m.uu) + sqrt(pv * pv * m.vv);
-            if (length < shortest) break;
+            if (length < shortest) {
+                settled = newton;
+                break;
+            }
             if (!look(search, next, &t, &other)) continue;
             /* The value is flat on top: its last digits say nothing when a step still halves the
              * distance to the contact. */
             bool closing =
                 newton && half == 0 && length < 0.5 * last && other.value > hit.value - rounding;
-            if (!closing && fabs(other.value - hit.value) <= rounding) break;
+            if (!closing && fabs(other.value - hit.value) <= rounding) {
+                settled = newton && length < near;
+                break;
+            }
             if (!closing && other.value < hit.value) continue;
             last = length;
             at = next;
@@ -153,7 +162,7 @@ void btg_search_polish(btg_search *search, btg_place from) {
         }
         if (!better) break;
     }
-    btg_search_offer(search, hit.value, at, s.s, hit.element, false);
+    if (btg_search_offer(search, hit.value, at, s.s, hit.element, false)) search->settled = settled;
     if (search->query.tool->element[hit.element].corner_radius_mm == 0)
         btg_search_polish_rim(search, at, hit.element);
 }

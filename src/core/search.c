@@ -17,10 +17,11 @@ size_t btg_search_stack_size(const btg_part *part) {
            3 * ((size_t)part->node_depth + part->quarters_depth + CUTS_MAX);
 }
 
-void btg_search_offer(btg_search *search, double value, btg_place place, btg_vec3 point,
+bool btg_search_offer(btg_search *search, double value, btg_place place, btg_vec3 point,
                       uint32_t element, bool osculating) {
-    if (!(value > search->value)) return;
+    if (!(value > search->value)) return false;
     search->found = true;
+    search->settled = false;
     search->osculating = osculating;
     search->value = value;
     search->at = btg_ray_place(&search->query, value);
@@ -28,6 +29,7 @@ void btg_search_offer(btg_search *search, double value, btg_place place, btg_vec
     search->point = point;
     search->element = element;
     search->basin_stale = true;
+    return true;
 }
 
 /* ---- the stack ---------------------------------------------------------------------------- */
@@ -313,6 +315,7 @@ static void open_node(btg_search *search, const btg_node *node) {
 
 /* ---- the walk ----------------------------------------------------------------------------- */
 
+/* The entry's place on the stack is free: it is read before anything is pushed. */
 static void look_at(btg_search *search, const btg_entry *entry) {
     const btg_part *part = search->part;
     if (entry->node != BTG_NODE_NONE) {
@@ -342,12 +345,12 @@ void btg_search_run(btg_search *search) {
             give_up(search);
             return;
         }
-        btg_entry entry = search->stack[--search->top];
         search->nodes++;
-        look_at(search, &entry);
+        look_at(search, &search->stack[--search->top]);
     }
+    if (tilt) btg_search_climb_ridge(search);
     /* The best may have come from a polish that ran out of steps in a flat valley. */
-    for (int i = 0; i < FINISHES && search->found && !search->osculating; i++) {
+    for (int i = 0; i < FINISHES && search->found && !search->osculating && !search->settled; i++) {
         double before = search->value;
         btg_search_polish(search, search->place);
         if (search->value == before) break;

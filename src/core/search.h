@@ -40,8 +40,8 @@ typedef struct btg_basin {
     uint32_t element;
 } btg_basin;
 
-/* Steps by which a basin's reach is sought, from the part's size down. */
-#define BTG_BASIN_HALVINGS 40
+/* Steps by which a basin's reach is sought, from the tool's size down. */
+#define BTG_BASIN_STEPS 30
 
 typedef struct btg_search {
     const btg_part *part;
@@ -50,6 +50,7 @@ typedef struct btg_search {
 
     /* The best so far; `found` false: value is what an answer must beat. */
     bool found, osculating;
+    bool settled; /* a polish came to its end there */
     double value;
     bool spent; /* the budget ran out: nothing of the part has a value above `bound` */
     double bound;
@@ -87,13 +88,15 @@ void btg_search_polish(btg_search *search, btg_place from);
 /* From a place on a sharp rim of the tool to the contact on it. (rim.c) */
 void btg_search_polish_rim(btg_search *search, btg_place from, uint32_t element);
 
-/* Takes a value as the best when it beats it. */
-void btg_search_offer(btg_search *search, double value, btg_place place, btg_vec3 point,
+/* Takes a value as the best when it beats it; false: it does not. */
+bool btg_search_offer(btg_search *search, double value, btg_place place, btg_vec3 point,
                       uint32_t element, bool osculating);
 
 /* TILT, near P, where the value depends on the direction alone (limits.c): the limits of the
- * tool and of the sheet of P, and starts around P. */
+ * tool and of the sheet of P. */
 void btg_search_near_p(btg_search *search);
+/* After the walk: the contact that may stand so near P that the walk did not see it. */
+void btg_search_climb_ridge(btg_search *search);
 /* The limit of another item whose cell reaches P. */
 void btg_search_sheet_at_p(btg_search *search, const btg_region *region);
 

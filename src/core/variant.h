@@ -40,6 +40,7 @@
 #define btg_ray_tool_limit             BTG_VARIANT_JOIN(btg_ray_tool_limit, BTG_VARIANT)
 #define btg_search_clear               BTG_VARIANT_JOIN(btg_search_clear, BTG_VARIANT)
 #define btg_search_clear_piece         BTG_VARIANT_JOIN(btg_search_clear_piece, BTG_VARIANT)
+#define btg_search_climb_ridge         BTG_VARIANT_JOIN(btg_search_climb_ridge, BTG_VARIANT)
 #define btg_search_deep_at_p           BTG_VARIANT_JOIN(btg_search_deep_at_p, BTG_VARIANT)
 #define btg_search_near_p              BTG_VARIANT_JOIN(btg_search_near_p, BTG_VARIANT)
 #define btg_search_offer               BTG_VARIANT_JOIN(btg_search_offer, BTG_VARIANT)
