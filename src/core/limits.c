@@ -10,10 +10,11 @@
 #define SHEET_REACH 30.0
 /* Places along the ridge, in clearances: the first tells the slope of the value out of P. */
 static const double ridge_steps[] = {20, 60, 180};
-/* As far from P as that, in minor radii, the walk does not tell a little rise from none. */
-#define DIM 0.25
-/* A rise is at most that many times what the slope at P makes of it. */
-#define RISE 3
+/* A rise that matters, rad. At a distance t from P it takes t^2 / 2 of it, over the tool's radius,
+ * off the clearance: nearer than where that is the walk's the walk does not see it. */
+#define RISE_SEEN 1e-6
+/* There the value rises at most that many times what its slope at P makes of it. */
+#define RISE_MOST 2
 
 static void offer_limit(btg_search *search, double value) {
     btg_search_offer(search, value, search->p_place, search->query.p, 0, true);
@@ -67,8 +68,10 @@ void btg_search_climb_ridge(btg_search *search) {
     bool right = along_ridge(search, ridge, t, &best, &high);
     if (!left && !right) return;
     double slope = left && right ? 0.5 * (high - low) / t : (left ? limit - low : high - limit) / t;
-    double far = DIM * search->query.tool->element[0].corner_radius_mm;
-    if (search->value > limit + RISE * fabs(slope) * far) return;
+    const btg_tool_element *e = &search->query.tool->element[0];
+    double radius = e->ring_radius_mm + e->corner_radius_mm;
+    double unseen = sqrt(2 * radius * search->tolerance / RISE_SEEN) + t;
+    if (search->value > limit + RISE_MOST * fabs(slope) * unseen) return;
     double side = slope > 0 ? 1 : -1, most = -INFINITY;
     for (size_t i = 0; i < sizeof ridge_steps / sizeof *ridge_steps; i++) {
         double value;
