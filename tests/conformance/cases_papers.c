@@ -5,15 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const struct {
-    const char *name;
-    double z[16];
-} parts[3] = {
-    {"convex", {80, 90, 90, 80, 90, 105, 105, 90, 90, 105, 105, 90, 80, 90, 90, 80}},
-    {"concave", {80, 70, 70, 80, 70, 55, 55, 70, 70, 55, 55, 70, 80, 70, 70, 80}},
-    {"saddle", {80, 65, 90, 85, 80, 85, 90, 95, 100, 105, 95, 100, 90, 100, 100, 85}},
-};
-
 static FILE *open_data(const char *name) {
     char path[1024];
     snprintf(path, sizeof path, "%s/reference/%s", data_directory, name);
@@ -50,9 +41,11 @@ static int read_corrections(correction *list, int most) {
     while (n < most && fgets(line, sizeof line, file)) {
         double v[4];
         int part = 0;
-        while (part < 3 && strncmp(line, parts[part].name, strlen(parts[part].name)) != 0)
+        while (part < MODEL_PAPERS &&
+               strncmp(line, model_paper_name[part], strlen(model_paper_name[part])) != 0)
             part++;
-        if (part < 3 && numbers(line, v, 4) == 4) list[n++] = (correction){part, v[1], v[2], v[3]};
+        if (part < MODEL_PAPERS && numbers(line, v, 4) == 4)
+            list[n++] = (correction){part, v[1], v[2], v[3]};
     }
     fclose(file);
     return n;
@@ -69,15 +62,10 @@ static void make(fixture *f, int part, btg_profile profile, const char *suffix) 
     correction list[128];
     int corrections = read_corrections(list, 128);
     fixture_tool(f, 6.7, 6, profile);
-    model_surface s = model_bezier(&f->model, 3, 3, false);
-    for (int i = 0; i < 16; i++) {
-        s.points[3 * i] = 50 * (i / 4);
-        s.points[3 * i + 1] = 50 * (i % 4);
-        s.points[3 * i + 2] = parts[part].z[i];
-    }
+    model_paper(&f->model, part);
     fixture_part(f);
     char name[64], line[1024];
-    snprintf(name, sizeof name, "%s-%s.csv", parts[part].name, suffix);
+    snprintf(name, sizeof name, "%s-%s.csv", model_paper_name[part], suffix);
     FILE *file = open_data(name);
     while (fgets(line, sizeof line, file)) {
         double row[21];

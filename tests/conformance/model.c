@@ -82,6 +82,21 @@ void model_quad(model *m, btg_vec3 p00, btg_vec3 p01, btg_vec3 p10, btg_vec3 p11
     put(s.points + 9, p11);
 }
 
+const char *const model_paper_name[MODEL_PAPERS] = {"convex", "concave", "saddle"};
+
+void model_paper(model *m, int number) {
+    static const double z[MODEL_PAPERS][16] = {
+        {80, 90, 90, 80, 90, 105, 105, 90, 90, 105, 105, 90, 80, 90, 90, 80},
+        {80, 70, 70, 80, 70, 55, 55, 70, 70, 55, 55, 70, 80, 70, 70, 80},
+        {80, 65, 90, 85, 80, 85, 90, 95, 100, 105, 95, 100, 90, 100, 100, 85}};
+    model_surface s = model_bezier(m, 3, 3, false);
+    for (int i = 0; i < 16; i++) {
+        s.points[3 * i] = 50 * (i / 4);
+        s.points[3 * i + 1] = 50 * (i % 4);
+        s.points[3 * i + 2] = z[number][i];
+    }
+}
+
 void model_triangle(model *m, btg_vec3 a, btg_vec3 b, btg_vec3 c) {
     if (m->triangle_count == m->triangle_capacity) {
         m->triangle_capacity = 2 * m->triangle_capacity + 64;

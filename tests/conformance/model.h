@@ -33,6 +33,11 @@ model_surface model_spline(model *m, int degree_u, int degree_v, int count_u, in
 void model_quad(model *m, btg_vec3 p00, btg_vec3 p01, btg_vec3 p10, btg_vec3 p11);
 void model_triangle(model *m, btg_vec3 a, btg_vec3 b, btg_vec3 c);
 
+/* The papers' parts, bicubic patches of 150 mm x 150 mm: 0 convex, 1 concave, 2 saddle. */
+#define MODEL_PAPERS 3
+extern const char *const model_paper_name[MODEL_PAPERS];
+void model_paper(model *m, int number);
+
 /* A profile of `count` points (radius, height, weight: a Bezier curve) turned about the vertical
  * through `centre`: four rational patches. */
 void model_revolve(model *m, btg_vec3 centre, const double (*profile)[3], int count);

@@ -1,0 +1,43 @@
+/* Work for the tests of the run phase: every run call on parts and with tools of every kind. */
+#ifndef BTG_TESTS_RUN_LOAD_H
+#define BTG_TESTS_RUN_LOAD_H
+
+#include "bitangent/bitangent.h"
+
+#include "../conformance/rng.h"
+
+#define RUN_PARTS 6
+#define RUN_TOOLS 6
+#define RUN_LOADS (RUN_PARTS * RUN_TOOLS)
+
+typedef struct run_load {
+    const char *part_name, *tool_name;
+    btg_part *part;
+    btg_tool tool;
+    btg_solver_def solver;
+    btg_vec3 low, high; /* footprint: the part's box and a tool's width about it */
+    void *workspace;
+    size_t workspace_size;
+    rng numbers;
+    /* where the steps leave their answers, so that they use no stack of the caller's */
+    btg_position at, before;
+    btg_drop_query drop_query;
+    btg_drop_result drop;
+    btg_tilt_query tilt_query;
+    btg_tilt_result tilt;
+} run_load;
+
+/* Sets up number 0 .. RUN_LOADS - 1: allocates, and exits with 2 where that fails. */
+void run_load_open(run_load *load, int number);
+void run_load_close(run_load *load);
+
+/* The kinds of a step: a position by itself, one after its neighbour, one spun, one short of
+ * nodes, and DROP and TILT by themselves. */
+#define RUN_KINDS 5
+
+/* Random numbers and queries of the next step: not part of what is measured. */
+void run_load_prepare(run_load *load, int kind);
+/* The step: run calls only. Returns the last status, an error where one call gave one. */
+btg_status run_load_step(run_load *load, int kind);
+
+#endif
