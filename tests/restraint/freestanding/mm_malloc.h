@@ -1,0 +1,1 @@
+/* gcc's headers of vector instructions include this one, which wants stdlib.h. */
