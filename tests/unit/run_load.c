@@ -48,10 +48,14 @@ static void jumble(model *m) {
             s.points[3 * i + 2] = rng_range(&r, -6, 6);
         }
     }
+    /* One number a statement: C leaves open in which order arguments are drawn. */
     for (int n = 0; n < 60; n++) {
-        btg_vec3 a = vec(rng_range(&r, 0, 100), rng_range(&r, 0, 100), rng_range(&r, -5, 5));
-        btg_vec3 b = vec(a.x + rng_range(&r, -9, 9), a.y + rng_range(&r, -9, 9), a.z);
-        model_triangle(m, a, b, n % 5 ? vec(a.x, b.y, a.z + rng_range(&r, 0, 20)) : b);
+        double q[6];
+        for (int i = 0; i < 6; i++)
+            q[i] = rng_range(&r, 0, 1);
+        btg_vec3 a = vec(100 * q[0], 100 * q[1], 10 * q[2] - 5);
+        btg_vec3 b = vec(a.x + 18 * q[3] - 9, a.y + 18 * q[4] - 9, a.z);
+        model_triangle(m, a, b, n % 5 ? vec(a.x, b.y, a.z + 20 * q[5]) : b);
     }
 }
 
