@@ -75,8 +75,8 @@ static void compare(const line *own, const line *other, const run_load *load, su
 }
 
 static int each(FILE *other, sums *s) {
+    run_load load = {0};
     for (int n = 0; n < RUN_LOADS; n++) {
-        run_load load;
         run_load_open(&load, n);
         for (int i = 0; i < STEPS_PER_KIND * KINDS; i++) {
             run_load_prepare(&load, i % KINDS);
@@ -89,8 +89,8 @@ static int each(FILE *other, sums *s) {
             if (!read_line(other, &want)) return 0;
             compare(&own, &want, &load, s);
         }
-        run_load_close(&load);
     }
+    run_load_close(&load);
     return 1;
 }
 

@@ -120,25 +120,31 @@ static btg_tool make_tool(int number) {
 
 void run_load_open(run_load *load, int number) {
     int part = number / RUN_TOOLS, tool = number % RUN_TOOLS;
-    *load = (run_load){.part_name = part_names[part], .tool_name = tools[tool].name};
-    load->part = make_part(part);
+    if (!load->part || load->part_number != part) {
+        run_load_close(load);
+        load->part = make_part(part);
+        load->part_number = part;
+        load->part_name = part_names[part];
+        load->workspace_size = btg_workspace_size(load->part);
+        load->workspace = malloc(load->workspace_size);
+        if (!load->workspace) exit(2);
+    }
     load->tool = make_tool(tool);
-    load->workspace_size = btg_workspace_size(load->part);
-    load->workspace = malloc(load->workspace_size);
-    if (!load->workspace) exit(2);
+    load->tool_name = tools[tool].name;
     btg_part_info info;
     btg_part_get_info(load->part, &info);
     const double width = 15;
     load->low = vec(info.box_min.x - width, info.box_min.y - width, 0);
     load->high = vec(info.box_max.x + width, info.box_max.y + width, 0);
     load->numbers = rng_of(1, load->part_name, (uint64_t)tool);
-    load->before.status = BTG_NO_CONTACT;
-    load->before.p.point = load->before.q.point = vec_nan();
+    load->at = (btg_position){.status = BTG_NO_CONTACT}; /* no neighbour yet */
+    load->at.p.point = load->at.q.point = vec_nan();
 }
 
 void run_load_close(run_load *load) {
     btg_part_destroy(load->part);
     free(load->workspace);
+    *load = (run_load){0};
 }
 
 void run_load_prepare(run_load *load, int kind) {

@@ -13,6 +13,7 @@
 typedef struct run_load {
     const char *part_name, *tool_name;
     btg_part *part;
+    int part_number;
     btg_tool tool;
     btg_solver_def solver;
     btg_vec3 low, high; /* footprint: the part's box and a tool's width about it */
@@ -27,7 +28,8 @@ typedef struct run_load {
     btg_tilt_result tilt;
 } run_load;
 
-/* Sets up number 0 .. RUN_LOADS - 1: allocates, and exits with 2 where that fails. */
+/* Sets up number 0 .. RUN_LOADS - 1 in a load that is zeroed or holds another number, whose part is
+ * kept where it is the same: allocates, and exits with 2 where that fails. */
 void run_load_open(run_load *load, int number);
 void run_load_close(run_load *load);
 

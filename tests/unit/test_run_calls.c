@@ -123,8 +123,8 @@ int main(void) {
     bad += expect("the call that was seen", told->call, SYS_getpid);
     bad += expect("malloc, the filter's test", behind_filter(allocates, NULL), EXIT_CAUGHT);
     int steps = 0;
+    run_load load = {0};
     for (int i = 0; i < RUN_LOADS; i++) {
-        run_load load;
         run_load_open(&load, i);
         int code = behind_filter(solves, &load);
         if (code != 0 || told->errors > 0) {
@@ -133,8 +133,8 @@ int main(void) {
             bad++;
         }
         steps += told->steps;
-        run_load_close(&load);
     }
+    run_load_close(&load);
     printf("%d steps on %d pairs of part and tool, no system call\n", steps, RUN_LOADS);
     return bad > 0;
 }

@@ -113,8 +113,8 @@ int main(void) {
                 known.deepest);
     probe worst = {0};
     run_load worst_load = {0};
+    run_load load = {0};
     for (int i = 0; i < RUN_LOADS; i++) {
-        run_load load;
         run_load_open(&load, i);
         probe p = {.bottom = stack, .load = &load};
         on_thread(&p);
@@ -126,8 +126,8 @@ int main(void) {
             worst = p;
             worst_load = load;
         }
-        run_load_close(&load);
     }
+    run_load_close(&load);
     printf("deepest: %zu bytes of stack (%s with %s, step %d); limit %d\n", worst.deepest,
            worst_load.part_name, worst_load.tool_name, worst.deepest_kind, RUN_STACK_MAX_BYTES);
     if (worst.deepest > RUN_STACK_MAX_BYTES) {
