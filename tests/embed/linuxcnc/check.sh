@@ -23,21 +23,22 @@ fault() {
 }
 
 # LinuxCNC loads modules from one folder of the system's; in a name space of our own another
-# folder stands there. As root the real-time process becomes another user, who must reach it.
+# folder stands there, and no other LinuxCNC's processes and shared memory are met. As root the
+# real-time process becomes another user, who must reach the folder.
 modules=/usr/lib/linuxcnc/modules
 mkdir "$folder/modules" && mkdir -m 1777 "$folder/fifo" && chmod 755 "$folder" || exit 1
 export RTAPI_FIFO_PATH=$folder/fifo/fifo
 if [ "$(id -u)" = 0 ]; then
     export RTAPI_UID=65534
-    inside() { unshare -m sh -c "mount --bind '$folder/modules' $modules && exec \"\$@\"" sh "$@"; }
+    inside() { unshare -mipf --mount-proc sh -c "mount --bind '$folder/modules' $modules && exec \"\$@\"" sh "$@"; }
 else
     # The second name space gives back our own user: the real-time process refuses to be root.
     inside() {
-        unshare -rm sh -c "mount --bind '$folder/modules' $modules &&
+        unshare -rmipf --mount-proc sh -c "mount --bind '$folder/modules' $modules &&
             exec unshare -U --map-user=$(id -u) \"\$@\"" sh "$@"
     }
 fi
-inside true 2>/dev/null || skip "no mount name space here: no module folder of our own"
+inside true 2>/dev/null || skip "no name spaces here (unshare): no module folder of our own"
 
 DESTDIR=$folder/installed meson install -C "$build" --no-rebuild --quiet || exit 1
 pc=$(find "$folder/installed" -name bitangent.pc)
