@@ -1,8 +1,10 @@
 #!/bin/bash
 # What the run phase asks of its surroundings: a few functions of libm, and memcpy and the like.
-# No stdio, no memory, no locks, no clock.    check.sh SOURCE_DIR    (CC names the compiler)
+# No stdio, no memory, no locks, no clock.
+#   check.sh SOURCE_DIR [FILE]...    (FILE: sources that are built again for AVX2; CC: the compiler)
 set -u
 source=$1
+shift
 # Most bytes of a frame: LinuxCNC warns above (Makefile.modinc).
 FRAME_BYTES=2560
 # Set-up: they word messages and ask for memory.
@@ -20,14 +22,28 @@ include="-I$source/src -I$source/src/include"
 
 # ---- the functions that the run calls reach, whatever file they stand in ---------------------
 
-for file in "$source"/src/core/*.c; do
+compile() {
+    local object=$folder/$1
+    shift
     # shellcheck disable=SC2086
     $CC $flags -ffunction-sections -fdata-sections $include -Wframe-larger-than=$FRAME_BYTES \
-        -c "$file" -o "$folder/$(basename "$file" .c).o" 2>>"$folder/warnings.txt" || {
+        "$@" -c -o "$object" 2>>"$folder/warnings.txt" || {
         cat "$folder/warnings.txt"
         exit 1
     }
+}
+variants=""
+if [ "$(uname -m)" = x86_64 ] && [ $# != 0 ]; then
+    variants=-DBTG_HAVE_AVX2
+    for file in "$@"; do
+        name=$(basename "$file" .c)
+        compile "$name-avx2.o" -include core/variant.h -DBTG_VARIANT=avx2 -mavx2 "$file"
+    done
+fi
+for file in "$source"/src/core/*.c; do
+    compile "$(basename "$file" .c).o" ${variants:+"$variants"} "$file"
 done
+
 # One that is wide for certain.
 # shellcheck disable=SC2086
 echo "void use(char *); void known_wide(void); void known_wide(void) { char a[2 * $FRAME_BYTES]; use(a); }" |
@@ -46,7 +62,8 @@ asked_by() {
     }
     sed -n "s/.*undefined reference to .\([A-Za-z_0-9]*\).*/\1/p" "$folder/link.txt" | sort -u
 }
-allowed="__wrap_btg_fail memcmp memcpy memmove memset sincos
+# __cpu_model: what the compiler's start-up code learnt of the processor.
+allowed="__wrap_btg_fail __cpu_model memcmp memcpy memmove memset sincos
 $(sed -n 's/^\(double\|float\) \([a-z0-9]*\)(.*/\2/p' "$source/tests/restraint/freestanding/math.h")"
 more_than_allowed() { grep -vxF -f <(tr ' ' '\n' <<<"$allowed"); }
 
