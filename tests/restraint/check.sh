@@ -68,7 +68,8 @@ $(sed -n 's/^\(double\|float\) \([a-z0-9]*\)(.*/\2/p' "$source/tests/restraint/f
 more_than_allowed() { grep -vxF -f <(tr ' ' '\n' <<<"$allowed"); }
 
 run_calls="btg_drop btg_tilt btg_position_solve btg_position_follow btg_position_drop_query
-btg_position_tilt_query btg_position_assemble btg_tool_distance btg_workspace_size"
+btg_position_tilt_query btg_position_assemble btg_position_strip btg_tool_distance btg_workspace_size
+btg_position_workspace_size"
 # shellcheck disable=SC2086
 asked=$(asked_by $run_calls) || fault "the core does not link"
 echo "the run calls ask for:" "${asked//$'\n'/ }"

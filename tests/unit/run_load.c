@@ -125,7 +125,7 @@ void run_load_open(run_load *load, int number) {
         load->part = make_part(part);
         load->part_number = part;
         load->part_name = part_names[part];
-        load->workspace_size = btg_workspace_size(load->part);
+        load->workspace_size = btg_position_workspace_size(load->part);
         load->workspace = malloc(load->workspace_size);
         if (!load->workspace) exit(2);
     }
@@ -159,6 +159,10 @@ void run_load_prepare(run_load *load, int kind) {
     load->solver.node_budget = NODES_MAX;
     uint32_t few = 1 + (uint32_t)rng_pick(r, 60);
     if (kind == 3) load->solver.node_budget = few;
+    if (kind != 5) return;
+    load->solver.spin = (btg_spin)(BTG_SPIN_GAP + rng_pick(r, 3));
+    load->solver.gap_mm = rng_range(r, 0.5, 8);
+    load->solver.feed_x = rng_range(r, -1, 1);
 }
 
 static btg_status drop_and_tilt(run_load *l) {
@@ -179,6 +183,8 @@ btg_status run_load_step(run_load *l, int kind) {
     if (kind == 1)
         return btg_position_follow(l->part, &l->tool, &l->solver, x, y, &l->before, l->workspace,
                                    l->workspace_size, &l->at);
-    return btg_position_solve(l->part, &l->tool, &l->solver, x, y, l->workspace, l->workspace_size,
-                              &l->at);
+    btg_status status = btg_position_solve(l->part, &l->tool, &l->solver, x, y, l->workspace,
+                                           l->workspace_size, &l->at);
+    if (kind != 5 || status < 0) return status;
+    return btg_position_strip(l->part, &l->tool, &l->solver, &l->at, &l->strip_mm);
 }

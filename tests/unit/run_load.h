@@ -26,6 +26,7 @@ typedef struct run_load {
     btg_drop_result drop;
     btg_tilt_query tilt_query;
     btg_tilt_result tilt;
+    double strip_mm;
 } run_load;
 
 /* Sets up number 0 .. RUN_LOADS - 1 in a load that is zeroed or holds another number, whose part is
@@ -34,8 +35,8 @@ void run_load_open(run_load *load, int number);
 void run_load_close(run_load *load);
 
 /* The kinds of a step: a position by itself, one after its neighbour, one spun, one short of
- * nodes, and DROP and TILT by themselves. */
-#define RUN_KINDS 5
+ * nodes, DROP and TILT by themselves, and one whose spin is searched for, with its strip. */
+#define RUN_KINDS 6
 
 /* Random numbers and queries of the next step: not part of what is measured. */
 void run_load_prepare(run_load *load, int kind);
