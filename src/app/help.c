@@ -21,7 +21,8 @@ static const char path[] =
     "then\n"
     "tilted until it touches a second time. Millimetres and degrees, z up.\n"
     "\n"
-    "  -o, --output FILE       .csv, .json, .cl (APT) or .png; repeat for more. KIND:FILE\n"
+    "  -o, --output FILE       .csv, .json, .cl (APT), .png or .ngc (a program for\n"
+    "                          --machine); repeat for more. KIND:FILE\n"
     "                          names the kind where the ending does not: csv:/dev/stdout, csv:-\n"
     "tool\n"
     "  --tool RO,RI[,PROFILE]  major and minor radius; toroidal (round inserts, hollow) or\n"
@@ -52,11 +53,17 @@ static const char path[] =
     "  --up y|z                default y: x = X, y = -Z, z = Y\n"
     "  --use-mesh              ignore exact surfaces, take the triangles\n"
     "output\n"
-    "  --feed MM_PER_MIN       for .cl, default 1000\n"
+    "  --feed MM_PER_MIN       for .cl and .ngc, default 1000\n"
+    "  --machine NAME|FILE     for .ngc: xyzac-trt or xyzbc-trt (LinuxCNC's), fanuc, siemens,\n"
+    "                          heidenhain, or a JSON file; see the README\n"
+    "  --tool-length MM        nose of the spindle to tip, default 100 or as FILE says\n"
+    "  --tool-number N         default 1\n"
+    "  --spindle RPM           default 3000\n"
     "  --json                  one JSON object on the standard output instead of the table\n"
     "  --quiet                 no progress and no table\n"
     "\n"
-    "The .cl file retracts between passes (not in a zigzag) and where the tool touches nothing.\n";
+    "The .cl and .ngc files retract between passes (not in a zigzag) and where the tool touches "
+    "nothing.\n";
 
 static const char bench[] =
     "bitangent bench [PART]...\n"

@@ -1,6 +1,7 @@
 #include "app/options.h"
 #include "app/app.h"
 
+#include <math.h>
 #include <string.h>
 
 void options_default(path_options *o) {
@@ -9,6 +10,9 @@ void options_default(path_options *o) {
     o->footprint = btg_footprint_def_default();
     o->lift_mm = 20.0;
     o->feed_mm_per_min = 1000.0;
+    o->tool_length_mm = NAN;
+    o->spindle_rpm = 3000.0;
+    o->tool_number = 1;
     o->backend = "auto";
     o->solver = btg_solver_def_default();
     o->solver.scallop_mm = 0.01;
@@ -57,6 +61,15 @@ static bool take_option(path_options *o, int count, char **words, int *i) {
     return found->set(o, found->name, value);
 }
 
+static bool check_machine(const path_options *o) {
+    for (int i = 0; i < o->output_count; i++) {
+        if (o->outputs[i].kind != OUTPUT_NGC || o->machine) continue;
+        return app_refuse("-o", "'%.200s' is a program for a machine; say which with --machine",
+                          o->outputs[i].path);
+    }
+    return true;
+}
+
 bool options_parse(int count, char **words, path_options *options) {
     bool only_parts = false;
     options_default(options);
@@ -74,6 +87,7 @@ bool options_parse(int count, char **words, path_options *options) {
         }
         if (!taken) return false;
     }
-    if (options->help || options->part) return true;
+    if (options->help) return true;
+    if (options->part) return check_machine(options);
     return app_refuse("path", "no part; give a glTF file, see 'bitangent help path'");
 }

@@ -5,7 +5,7 @@
 #include "bitangent/gltf.h"
 #include "io/output.h"
 
-typedef enum output_kind { OUTPUT_CSV, OUTPUT_JSON, OUTPUT_CL, OUTPUT_PNG } output_kind;
+typedef enum output_kind { OUTPUT_CSV, OUTPUT_JSON, OUTPUT_CL, OUTPUT_PNG, OUTPUT_NGC } output_kind;
 
 typedef struct output_choice {
     output_kind kind;
@@ -23,6 +23,10 @@ typedef struct path_options {
     const char *points;          /* file of footprint points, or NULL */
     double lift_mm;              /* clearance of retracts over the part's top */
     double feed_mm_per_min;
+    const char *machine;   /* a built-in one's name, or a file; NULL without .ngc */
+    double tool_length_mm; /* NaN: as the machine says */
+    double spindle_rpm;
+    uint32_t tool_number;
 
     const char *backend;
     uint32_t threads; /* 0: as many as there are */

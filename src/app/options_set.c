@@ -38,16 +38,12 @@ static bool get_positive(const char *name, const char *value, double *number) {
 /* ---- files -------------------------------------------------------------------------------- */
 
 static bool is_later_kind(const char *ending) {
-    static const char *const known[] = {"ngc", "glb"};
-    for (size_t i = 0; i < 2; i++) {
-        if (strcasecmp(ending, known[i]) == 0) return true;
-    }
-    return false;
+    return strcasecmp(ending, "glb") == 0;
 }
 
 static bool find_kind(const char *word, size_t size, output_kind *kind) {
-    static const char *const known[] = {"csv", "json", "cl", "png"};
-    for (size_t i = 0; i < 4; i++) {
+    static const char *const known[] = {"csv", "json", "cl", "png", "ngc"};
+    for (size_t i = 0; i < 5; i++) {
         if (strlen(known[i]) != size || strncasecmp(word, known[i], size) != 0) continue;
         *kind = (output_kind)i;
         return true;
@@ -69,7 +65,7 @@ static bool set_output(path_options *o, const char *name, const char *value) {
         if (choice.path[0] == '\0') return app_refuse(name, "no file after '%.100s'", value);
     } else if (!dot || !find_kind(dot + 1, strlen(dot + 1), &choice.kind)) {
         if (dot && is_later_kind(dot + 1)) return later(name, dot);
-        return app_refuse(name, "'%.200s' has no known ending; give .csv, .json, .cl or .png",
+        return app_refuse(name, "'%.200s' has no known ending; give .csv, .json, .cl, .png or .ngc",
                           value);
     }
     if (choice.kind == OUTPUT_PNG && !btg_picture_available()) {
@@ -294,6 +290,31 @@ static bool set_feed(path_options *o, const char *name, const char *value) {
     return app_refuse(name, "'%s'; give at most 1e6 mm per minute", value);
 }
 
+static bool set_machine(path_options *o, const char *name, const char *value) {
+    if (value[0] == '\0') return app_refuse(name, "give a machine's name or file");
+    o->machine = value;
+    return true;
+}
+
+static bool set_tool_length(path_options *o, const char *name, const char *value) {
+    if (!get_positive(name, value, &o->tool_length_mm)) return false;
+    if (o->tool_length_mm <= BTG_LENGTH_MAX) return true;
+    return app_refuse(name, "'%s'; give at most 1e6 mm", value);
+}
+
+static bool set_spindle(path_options *o, const char *name, const char *value) {
+    double rpm;
+    if (!get_number(name, value, &rpm)) return false;
+    if (!(rpm >= 0 && rpm <= 1e6)) return app_refuse(name, "'%s'; give 0 to 1e6", value);
+    o->spindle_rpm = rpm;
+    return true;
+}
+
+static bool set_tool_number(path_options *o, const char *name, const char *value) {
+    if (number_parse_count(value, &o->tool_number) && o->tool_number <= 99999999) return true;
+    return app_refuse(name, "'%.100s'; give a whole number of up to 8 digits", value);
+}
+
 static bool set_unit(path_options *o, const char *name, const char *value) {
     if (strcmp(value, "m") != 0 && strcmp(value, "mm") != 0) {
         return app_refuse(name, "unknown '%.100s'; give m or mm", value);
@@ -358,6 +379,10 @@ const option path_option_list[] = {
     {"--node-budget", set_node_budget, false},
     {"--threads", set_threads, false},
     {"--feed", set_feed, false},
+    {"--machine", set_machine, false},
+    {"--tool-length", set_tool_length, false},
+    {"--tool-number", set_tool_number, false},
+    {"--spindle", set_spindle, false},
     {"--gltf-unit", set_unit, false},
     {"--up", set_up, false},
     {"--use-mesh", set_use_mesh, true},
@@ -367,7 +392,6 @@ const option path_option_list[] = {
     {"-h", set_help, true},
     {"--levels", set_later, false},
     {"--window", set_later, false},
-    {"--machine", set_later, false},
     {"--raw", set_later, true},
 };
 const size_t path_option_count = sizeof path_option_list / sizeof path_option_list[0];

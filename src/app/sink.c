@@ -1,6 +1,7 @@
 #include "app/sink.h"
 #include "core/part.h"
 #include "io/csv.h"
+#include "io/machine.h"
 
 #include <string.h>
 
@@ -17,6 +18,25 @@ static void name_part(const char *path, char *name, size_t size) {
     const char *dot = strrchr(base, '.');
     int length = dot && dot > base ? (int)(dot - base) : (int)strlen(base);
     snprintf(name, size, "%.*s", length, base);
+}
+
+static btg_status begin_program(sink *k, const path_options *options, const btg_tool *tool,
+                                double clear_z_mm, btg_message *message) {
+    char name[64];
+    btg_machine machine;
+    btg_status status =
+        btg_machine_load(options->machine, options->tool_length_mm, &machine, message);
+    if (status != BTG_OK) return status == BTG_ERROR_FILE ? BTG_ERROR_FORMAT : status;
+    btg_program_def def = btg_program_def_default();
+    name_part(options->part, name, sizeof name);
+    def.name = name;
+    def.feed_mm_per_min = options->feed_mm_per_min;
+    def.clear_z_mm = clear_z_mm;
+    def.tool_number = options->tool_number;
+    def.spindle_rpm = options->spindle_rpm;
+    def.write = write_text;
+    def.user = &k->output;
+    return btg_program_create(&def, &machine, tool, &k->program, message);
 }
 
 static btg_status begin(sink *k, const path_options *options, const btg_tool *tool,
@@ -40,6 +60,9 @@ static btg_status begin(sink *k, const path_options *options, const btg_tool *to
         btg_status status = btg_apt_begin(&k->apt, &def, tool, message);
         k->apt.def.part_name = NULL;
         if (status != BTG_OK && k->output.error == 0) return status;
+    } else if (k->kind == OUTPUT_NGC) {
+        btg_status status = begin_program(k, options, tool, clear_z_mm, message);
+        if (status != BTG_OK) return status;
     }
     return btg_output_check(&k->output, message);
 }
@@ -78,9 +101,12 @@ void sinks_row(sinks *s, const btg_row *row, bool linked) {
             btg_output_text(&k->output, "\n");
         } else if (k->kind == OUTPUT_PNG) {
             if (!row->lift) btg_picture_add(&k->picture, &row->position);
-        } else if (!row->lift) {
-            /* APT makes its own retracts, also where the path has none. */
+        } else if (row->lift) {
+            /* APT and programs make their own retracts, also where the path has none. */
+        } else if (k->kind == OUTPUT_CL) {
             btg_apt_add(&k->apt, &row->position, linked);
+        } else if (k->status == BTG_OK) {
+            k->status = btg_program_add(k->program, &row->position, linked, &k->message);
         }
     }
 }
@@ -89,6 +115,8 @@ btg_status sinks_check(const sinks *s, btg_message *message) {
     for (int i = 0; i < s->count; i++) {
         btg_status status = btg_output_check(&s->list[i].output, message);
         if (status != BTG_OK) return status;
+        if (s->list[i].status == BTG_OK) continue;
+        return btg_fail(message, s->list[i].status, "%s", s->list[i].message.text);
     }
     return BTG_OK;
 }
@@ -103,6 +131,10 @@ static btg_status end(const sinks *s, sink *k, const summary *result, btg_messag
         btg_output_text(&k->output, "\n");
     } else if (k->kind == OUTPUT_CL) {
         btg_apt_end(&k->apt);
+    } else if (k->kind == OUTPUT_NGC) {
+        btg_status status = btg_program_end(k->program, &k->info, message);
+        /* A failed write is told by the file itself. */
+        return k->output.error ? btg_output_check(&k->output, message) : status;
     } else if (k->kind == OUTPUT_PNG) {
         const char *slash = strrchr(result->options->part, '/');
         return btg_picture_write(&k->picture, &k->output, s->part, s->tool,
@@ -131,6 +163,7 @@ void sinks_close(sinks *s) {
     for (int i = 0; i < s->count; i++) {
         btg_output_discard(&s->list[i].output);
         btg_picture_release(&s->list[i].picture);
+        btg_program_destroy(s->list[i].program);
     }
     s->count = 0;
 }

@@ -11,6 +11,10 @@ typedef struct sink {
     btg_output output;
     btg_json json;
     btg_apt apt;
+    btg_program *program;
+    btg_status status;   /* of the program; the first error stays, */
+    btg_message message; /* and what is to be said about it */
+    btg_program_info info;
     btg_picture picture;
 } sink;
 

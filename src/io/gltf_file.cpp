@@ -209,10 +209,15 @@ class Locator : public nlohmann::json_sax<Json> {
                                      : ": this is not JSON; mend or export the file again"));
 }
 
-static Json parse(const char *text, size_t size) {
+Json parse_json(const char *text, size_t size) {
     check_text(text, size);
     Json json = Json::parse(text, text + size, nullptr, false);
     if (json.is_discarded()) explain(text, size);
+    return json;
+}
+
+static Json parse(const char *text, size_t size) {
+    Json json = parse_json(text, size);
     if (!json.is_object()) malformed("", "the JSON is no object, so this is no glTF file");
     return json;
 }

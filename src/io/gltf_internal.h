@@ -92,6 +92,8 @@ struct Document {
 /* The first `limit` bytes of a regular file. `where` opens the messages; empty for the file
  * itself. */
 Bytes read_file(const std::filesystem::path &file, uint64_t limit, const std::string &where);
+/* Any JSON text; faults say where it is none. */
+Json parse_json(const char *text, size_t size);
 Document read_document(const std::filesystem::path &file, uint64_t max_bytes);
 
 /* ---- gltf_buffer -------------------------------------------------------------------------- */

@@ -1,5 +1,4 @@
-#include "bitangent/post.h"
-#include "core/part.h"
+#include "post/internal.h"
 
 #include <string.h>
 
@@ -7,8 +6,6 @@
 
 /* A record's line ends before column 72. */
 #define LINE_MAX_CHARS 71
-/* Largest number written: nine decimals of it still fit a 64-bit integer. */
-#define NUMBER_MAX 1e9
 /* Height of a cutter without shank and holder: a usual tool; readers use it for pictures only. */
 #define CUTTER_HEIGHT_MM 100.0
 
@@ -62,22 +59,10 @@ static void word(record *r, const char *text, bool comma) {
     if (comma) append(r, ",", 1);
 }
 
-/* Written by hand: printf's decimal point follows the locale. */
 static void number(record *r, double value, int decimals, bool comma) {
-    char text[40], *p = text + sizeof text;
-    uint64_t scale = 1;
-    for (int i = 0; i < decimals; i++)
-        scale *= 10;
-    uint64_t n = (uint64_t)llround(fabs(value) * (double)scale);
-    bool minus = value < 0 && n > 0;
-    *--p = '\0';
-    for (int i = 0; n > 0 || i <= decimals; i++) {
-        if (i == decimals) *--p = '.';
-        *--p = (char)('0' + n % 10);
-        n /= 10;
-    }
-    if (minus) *--p = '-';
-    word(r, p, comma);
+    char text[BTG_NUMBER_SIZE + 1];
+    *btg_number_text(text, btg_number_scaled(value, decimals), decimals, decimals) = '\0';
+    word(r, text, comma);
 }
 
 static record start(const char *text) {
@@ -163,12 +148,12 @@ static btg_status check(const btg_apt_def *def, btg_message *message) {
                         "APT: unknown version; start from btg_apt_def_default()");
     }
     if (!def->write) return btg_fail(message, BTG_ERROR_ARGUMENT, "APT: no function to write with");
-    if (!(def->feed_mm_per_min > 0 && def->feed_mm_per_min <= NUMBER_MAX)) {
+    if (!(def->feed_mm_per_min > 0 && def->feed_mm_per_min <= BTG_NUMBER_MAX)) {
         return btg_fail(message, BTG_ERROR_ARGUMENT,
                         "APT: the feed is %g mm per minute; give a positive number",
                         def->feed_mm_per_min);
     }
-    if (!(fabs(def->clear_z_mm) <= NUMBER_MAX)) {
+    if (!(fabs(def->clear_z_mm) <= BTG_NUMBER_MAX)) {
         return btg_fail(message, BTG_ERROR_ARGUMENT,
                         "APT: the height to retract to is %g mm; give a height over the part",
                         def->clear_z_mm);
@@ -212,7 +197,8 @@ static btg_status travel(btg_apt *apt, btg_vec3 tip, btg_vec3 axis) {
 }
 
 static bool writable(btg_vec3 a) {
-    return fabs(a.x) <= NUMBER_MAX && fabs(a.y) <= NUMBER_MAX && fabs(a.z) <= NUMBER_MAX;
+    return fabs(a.x) <= BTG_NUMBER_MAX && fabs(a.y) <= BTG_NUMBER_MAX &&
+           fabs(a.z) <= BTG_NUMBER_MAX;
 }
 
 btg_status btg_apt_add(btg_apt *apt, const btg_position *position, int link) {
