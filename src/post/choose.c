@@ -41,8 +41,12 @@ static void plan_turns(btg_choice *c) {
     c->states = 2;
     for (int j = 0; j < 2; j++) {
         const btg_rotary_def *r = &c->machine->def.rotary[j];
+        double range = r->max_rad - r->min_rad;
         c->turns[j] = c->first_turn[j] = 0;
-        if (!(r->max_rad - r->min_rad <= RANGE_OF_STATES)) continue;
+        c->wide[j] = range > RANGE_OF_STATES && range < INFINITY;
+        if (c->wide[j]) c->turns[j] = 2;
+        if (c->wide[j]) c->states *= 2;
+        if (!(range <= RANGE_OF_STATES)) continue;
         int low = (int)ceil((r->min_rad - BTG_PI - BTG_LIMIT_SLACK_RAD) / (2 * BTG_PI));
         int high = (int)floor((r->max_rad + BTG_PI + BTG_LIMIT_SLACK_RAD) / (2 * BTG_PI));
         c->first_turn[j] = low;
@@ -85,27 +89,25 @@ static bool allowed(const btg_rotary_def *r, double angle) {
     return angle >= r->min_rad - BTG_LIMIT_SLACK_RAD && angle <= r->max_rad + BTG_LIMIT_SLACK_RAD;
 }
 
-/* The nearest turn that the limits allow. */
-static double allowed_turn(const btg_rotary_def *r, double base, double near) {
-    double angle = nearest_turn(base, near);
-    if (angle > r->max_rad + BTG_LIMIT_SLACK_RAD) angle = nearest_turn(base, r->max_rad - BTG_PI);
-    if (angle < r->min_rad - BTG_LIMIT_SLACK_RAD) angle = nearest_turn(base, r->min_rad + BTG_PI);
-    return angle;
+static double middle_of(const btg_rotary_def *r) {
+    return (r->min_rad + r->max_rad) / 2;
 }
 
-/* Angles of a state at a node when the joints come from `near`. */
+/* Angles of a state at a node when the joints come from `near`. With `freely` they come over the
+ * part, not along a cut. */
 static bool place(const btg_choice *c, const btg_choice_node *node, int state, const double near[2],
-                  double at[2]) {
+                  bool freely, double at[2]) {
     if (!node->usable[solution_of(state)]) return false;
     for (int j = 0; j < 2; j++) {
         const btg_rotary_def *r = &c->machine->def.rotary[j];
         double base = node->base[solution_of(state)][j];
         if (j == node->free_axis) {
             at[j] = near[j];
-        } else if (c->turns[j] > 0) {
+        } else if (c->turns[j] > 0 && !c->wide[j]) {
             at[j] = base + 2 * BTG_PI * turn_of(c, state, j);
         } else {
-            at[j] = allowed_turn(r, base, near[j]);
+            bool unwind = c->wide[j] && freely && turn_of(c, state, j) == 1;
+            at[j] = nearest_turn(base, unwind ? middle_of(r) : near[j]);
         }
         if (!allowed(r, at[j])) return false;
     }
@@ -141,7 +143,7 @@ static void first_column(btg_choice *c, const btg_choice_node *node) {
     const double home[2] = {0, 0};
     for (int s = 0; s < c->states; s++) {
         c->now.cost[s] = INFINITY;
-        if (!place(c, node, s, home, c->now.at[s])) continue;
+        if (!place(c, node, s, home, true, c->now.at[s])) continue;
         c->now.cost[s] = travel_cost(c, home, c->now.at[s]) + TIE_COST * solution_of(s);
     }
 }
@@ -156,7 +158,7 @@ static void add_rewinds(btg_choice *c, size_t i) {
         for (int p = 0; p < c->states; p++) {
             double at[2], cost = c->now.cost[p] + REWIND_COST;
             if (p == s || !(cost < c->turned.cost[s])) continue;
-            if (!place(c, &c->nodes[i], s, c->now.at[p], at)) continue;
+            if (!place(c, &c->nodes[i], s, c->now.at[p], true, at)) continue;
             cost += travel_cost(c, c->now.at[p], at);
             if (!(cost < c->turned.cost[s])) continue;
             c->turned.cost[s] = cost;
@@ -168,6 +170,16 @@ static void add_rewinds(btg_choice *c, size_t i) {
 
 typedef enum reach { CUT, TRAVEL, GAP } reach;
 
+/* Along a cut: on the pole a state stays the one it was, because the solutions are the same there;
+ * where limits are wide one that has unwound stays apart from one that has not. */
+static bool follows(const btg_choice *c, const btg_choice_node *to, int before, int state) {
+    if (to->free_axis >= 0 && state != before) return false;
+    for (int j = 0; j < 2; j++) {
+        if (c->wide[j] && turn_of(c, before, j) != turn_of(c, state, j)) return false;
+    }
+    return true;
+}
+
 /* The next column from c->turned. False: no state is possible. */
 static bool next_column(btg_choice *c, size_t i, reach how) {
     const btg_choice_node *from = &c->nodes[i - 1], *to = &c->nodes[i];
@@ -177,9 +189,8 @@ static bool next_column(btg_choice *c, size_t i, reach how) {
         double best = INFINITY;
         for (int p = 0; p < c->states; p++) {
             double at[2], cost = c->turned.cost[p] + (how == GAP ? GAP_COST : 0);
-            if (!(cost < best) || !place(c, to, s, c->turned.at[p], at)) continue;
-            /* On the pole a state stays the one it was: the solutions are the same there. */
-            if (how == CUT && to->free_axis >= 0 && s != p) continue;
+            if (!(cost < best) || !place(c, to, s, c->turned.at[p], how != CUT, at)) continue;
+            if (how == CUT && !follows(c, to, p, s)) continue;
             cost += travel_cost(c, c->turned.at[p], at) + TIE_COST * solution_of(s);
             if (!(cost < best)) continue;
             if (how == CUT && !continuous(c, from, to, c->turned.at[p], at)) continue;
@@ -297,10 +308,10 @@ static void follow(btg_choice *c, bool carried) {
         if (i == 0 && carried) {
             memcpy(at, n->arrive_at, sizeof at);
         } else {
-            place(c, n, n->arrive, at, at);
+            place(c, n, n->arrive, at, !n->linked, at);
             memcpy(n->arrive_at, at, sizeof at);
         }
-        if (n->leave != n->arrive) place(c, n, n->leave, at, at);
+        if (n->leave != n->arrive) place(c, n, n->leave, at, true, at);
         memcpy(n->leave_at, at, sizeof at);
     }
 }

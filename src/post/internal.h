@@ -73,6 +73,7 @@ typedef struct btg_choice {
     const btg_machine *machine;
     double cone_rad;
     int turns[2];      /* turns that are tried, per rotary joint; 0: the nearest one alone */
+    bool wide[2];      /* the two are: the nearest, and back to the middle of the limits */
     int first_turn[2]; /* the lowest of them */
     int states;
     size_t capacity, count;
