@@ -359,7 +359,6 @@ void btg_choice_forget(btg_choice *c) {
     int state = last->leave;
     for (int s = 0; s < c->states; s++)
         c->now.cost[s] = s == state ? 0 : INFINITY;
-    memcpy(c->now.at[state], last->leave_at, sizeof last->leave_at);
     c->nodes[0] = *last;
     c->count = 1;
 }

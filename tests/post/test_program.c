@@ -1,4 +1,5 @@
 /* Programs: the way the rotary joints take, limits, the pole, linearisation, feeds, and text. */
+#include "../conformance/rng.h"
 #include "listing.h"
 
 #include <ctype.h>
@@ -118,6 +119,51 @@ static void test_one_turn_alone(void) {
     run(&d, turning(10, 0, 365));
     CHECK(l->info.rewinds >= 1);
     CHECK(largest_step(1) < 1.1 || l->info.gaps > 0);
+}
+
+/* Next to the pole a whole turn would hardly show at the tool; the joints make it over the part. */
+static void test_no_whole_turn(void) {
+    btg_machine_def d = machine("fanuc");
+    d.rotary[1].min_rad = RADIANS(-180);
+    d.rotary[1].max_rad = RADIANS(180);
+    d.rotary[0].min_rad = 0;
+    run(&d, turning(0.012, 0, 365));
+    CHECK(l->info.rewinds >= 1 && largest_step(1) <= 181);
+}
+
+/* Whatever the joints do on a way over the part, the tool leans and stays above clear_z. */
+static void test_clearance(void) {
+    btg_machine_def d = machine("siemens");
+    btg_machine m = {.def = d};
+    btg_tool tool = listing_tool();
+    rng r = rng_of(3, "clearance", 0);
+    int n = 0;
+    d.vectors = 0;
+    d.rotary[0].min_rad = d.rotary[1].min_rad = -INFINITY;
+    d.rotary[0].max_rad = d.rotary[1].max_rad = INFINITY;
+    d.rotary[1].direction = vec(0, 1, 1);
+    CHECK(btg_machine_init(&d, &m, NULL) == BTG_OK);
+    for (int i = 0; i < 400; i++) {
+        path[n++] = pose(i, 0, 10, rng_range(&r, 40, 85), rng_range(&r, -180, 180));
+        path[n++] = (btg_position){.status = BTG_NO_CONTACT};
+    }
+    run(&d, n);
+    CHECK(l->info.retracts == 399);
+    double lowest = INFINITY;
+    for (int i = 3; i < l->count; i++) {
+        const block *a = &l->blocks[i - 1], *b = &l->blocks[i];
+        if (a->word[3] == b->word[3] && a->word[4] == b->word[4]) continue;
+        for (int k = 0; k <= 64; k++) {
+            double word[5];
+            btg_vec3 tip, axis;
+            for (int j = 0; j < 5; j++)
+                word[j] = a->word[j] + (b->word[j] - a->word[j]) * k / 64.0;
+            listing_pose(&m, word, &tip, &axis);
+            lowest = fmin(lowest, 50 + tip.z - btg_post_lift_z(&tool, axis, 50));
+        }
+    }
+    /* Between the places where the post looks, a little. */
+    CHECK(lowest > 50 - 0.1);
 }
 
 static void test_solutions(void) {
@@ -457,6 +503,8 @@ int main(void) {
     test_start_in_the_right_turn();
     test_rewind();
     test_one_turn_alone();
+    test_no_whole_turn();
+    test_clearance();
     test_solutions();
     test_through_the_pole();
     test_on_the_pole();
