@@ -208,39 +208,46 @@ static bool next_column(btg_choice *c, size_t i, reach how) {
 
 #define DEGREES(x) ((x) * (180 / BTG_PI))
 
+/* Some turn of this angle is within the limits. */
+static bool allows(const btg_rotary_def *r, double angle) {
+    if (!isfinite(r->min_rad) || !isfinite(r->max_rad)) return true;
+    double above = r->min_rad - BTG_LIMIT_SLACK_RAD - angle;
+    return allowed(r, angle + 2 * BTG_PI * ceil(above / (2 * BTG_PI)));
+}
+
+/* Why these angles will not do. */
+static void say_reason(const btg_choice *c, const btg_choice_node *n, const double angle[2],
+                       int free_axis, char *text, size_t size) {
+    const btg_machine_def *d = &c->machine->def;
+    for (int j = 0; j < 2; j++) {
+        const btg_rotary_def *r = &d->rotary[j];
+        if (allows(r, angle[j]) || free_axis == j) continue;
+        snprintf(text, size, "joint %c at %.3f degrees (limits %.3f to %.3f)", r->letter,
+                 DEGREES(angle[j]), DEGREES(r->min_rad), DEGREES(r->max_rad));
+        return;
+    }
+    btg_vec3 linear = btg_machine_linear(c->machine, n->tip, angle);
+    int i = btg_machine_beyond(c->machine, linear);
+    if (i < 0) i = 0;
+    snprintf(text, size, "joint %c at %.3f mm (limits %.3f to %.3f)", 'X' + i, vec_at(linear, i),
+             d->linear[i].min_mm, d->linear[i].max_mm);
+}
+
 static btg_status out_of_reach(const btg_choice *c, const btg_choice_node *n,
                                btg_message *message) {
-    const btg_machine_def *d = &c->machine->def;
-    char text[160] = "the axis is one the machine cannot take";
+    char text[2][96] = {"an axis that it cannot take", ""};
     double angle[2][2];
     int free_axis;
-    if (btg_machine_angles(c->machine, n->axis, 0, angle, &free_axis)) {
-        for (int k = 0; k < 2; k++) {
-            btg_vec3 linear = btg_machine_linear(c->machine, n->tip, angle[k]);
-            int joint = btg_machine_beyond(c->machine, linear);
-            if (joint >= 0) {
-                snprintf(text, sizeof text,
-                         "joint %c would be %.3f mm, its limits are %.3f to %.3f", 'X' + joint,
-                         vec_at(linear, joint), d->linear[joint].min_mm, d->linear[joint].max_mm);
-            }
-        }
-        for (int j = 1; j >= 0; j--) {
-            const btg_rotary_def *r = &d->rotary[j];
-            double near = (fmax(r->min_rad, -1e3) + fmin(r->max_rad, 1e3)) / 2;
-            bool ok = false;
-            for (int k = 0; k < 2; k++)
-                ok = ok || allowed(r, nearest_turn(angle[k][j], near));
-            if (ok || free_axis == j) continue;
-            snprintf(text, sizeof text,
-                     "joint %c would be %.3f or %.3f degrees, its limits are %.3f to %.3f",
-                     r->letter, DEGREES(angle[0][j]), DEGREES(angle[1][j]), DEGREES(r->min_rad),
-                     DEGREES(r->max_rad));
-        }
+    if (btg_machine_angles(c->machine, n->axis, c->cone_rad, angle, &free_axis)) {
+        for (int k = 0; k < 2; k++)
+            say_reason(c, n, angle[k], free_axis, text[k], sizeof text[k]);
     }
+    if (strcmp(text[0], text[1]) == 0) text[1][0] = '\0';
     return btg_fail(message, BTG_ERROR_UNSUPPORTED,
-                    "machine %s: out of reach at tip %.3f, %.3f, %.3f mm: %s; lower --max-tilt, "
-                    "move part_origin_mm, or take another machine",
-                    d->name, n->tip.x, n->tip.y, n->tip.z, text);
+                    "machine %s: tip %.3f, %.3f, %.3f mm needs %s%s%s; lower --max-tilt, move "
+                    "part_origin_mm, or take another machine",
+                    c->machine->def.name, n->tip.x, n->tip.y, n->tip.z, text[0],
+                    text[1][0] ? " or " : "", text[1]);
 }
 
 static bool fill(const btg_choice *c, btg_choice_node *n) {
@@ -361,6 +368,11 @@ void btg_choice_forget(btg_choice *c) {
         c->now.cost[s] = s == state ? 0 : INFINITY;
     c->nodes[0] = *last;
     c->count = 1;
+}
+
+bool btg_choice_allowed(const btg_machine *machine, const double angle[2]) {
+    const btg_rotary_def *r = machine->def.rotary;
+    return allowed(&r[0], angle[0]) && allowed(&r[1], angle[1]);
 }
 
 bool btg_choice_nearest(const btg_machine *machine, btg_vec3 axis, double cone,

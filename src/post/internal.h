@@ -58,7 +58,7 @@ typedef struct btg_choice_node {
     int8_t free_axis;
     bool linked; /* cut from the node before; else reached by a retract */
     bool usable[2];
-    bool gap; /* decided: not linked after all, no one turn of the joints reaches both ends */
+    bool gap; /* decided: not linked after all, a limit lies between this node and the last */
     uint8_t arrive, leave;            /* chosen: states */
     double arrive_at[2], leave_at[2]; /* and their angles; they differ where a rewind is needed */
 } btg_choice_node;
@@ -94,6 +94,8 @@ btg_status btg_choice_add(btg_choice *choice, btg_vec3 tip, btg_vec3 axis, bool 
 void btg_choice_settle(btg_choice *choice);
 /* After settle: forgets all but the last node. */
 void btg_choice_forget(btg_choice *choice);
+/* Within the rotary limits. */
+bool btg_choice_allowed(const btg_machine *machine, const double angle[2]);
 /* Of two solutions and all turns the angles nearest to `near`. */
 bool btg_choice_nearest(const btg_machine *machine, btg_vec3 axis, double cone,
                         const double near[2], double angle[2]);

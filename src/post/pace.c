@@ -48,8 +48,8 @@ static void check_limits(btg_program *p, const double joint[5]) {
     if (i < 0 || p->status != BTG_OK) return;
     const btg_linear_def *l = &p->machine.def.linear[i];
     btg_program_latch(p, btg_fail(&p->message, BTG_ERROR_UNSUPPORTED,
-                                  "machine %s: joint %c would be %.3f mm on the way, its limits "
-                                  "are %.3f to %.3f; move part_origin_mm or take another machine",
+                                  "machine %s: the way needs joint %c at %.3f mm (limits %.3f "
+                                  "to %.3f); move part_origin_mm or take another machine",
                                   p->machine.def.name, 'X' + i, joint[i], l->min_mm, l->max_mm));
 }
 

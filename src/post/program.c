@@ -10,6 +10,9 @@
 #define TRAVEL_DEPTH_MAX    8
 /* Points at which the lean on such a way is looked at. */
 #define LEAN_SAMPLES 32
+/* Halvings of the way to a limit, and how close two ends of it count as the same. */
+#define LIMIT_HALVINGS 40
+#define LIMIT_CLOSE    1e-6
 /* Smallest share of the tolerance that a number's last digit stands for. */
 #define ROUNDING_SHARE 0.1
 
@@ -238,14 +241,53 @@ static btg_stop stop_of(const btg_program *p, const btg_choice_node *n, const do
     return s;
 }
 
+/* The point at `part` of the way from a to b, joints near those of `near`. */
+static bool on_the_way(const btg_program *p, const btg_stop *a, const btg_stop *b, double part,
+                       const btg_stop *near, btg_stop *s) {
+    s->tip = vec_mad(vec_scale(a->tip, 1 - part), b->tip, part);
+    s->axis = vec_unit(vec_mad(vec_scale(a->axis, 1 - part), b->axis, part));
+    return btg_choice_nearest(&p->machine, s->axis, 0, near->angle, s->angle) &&
+           btg_choice_allowed(&p->machine, s->angle);
+}
+
+/* How far from a towards b the limits let the joints go as they stand at a; *s: that point. */
+static double as_far_as(const btg_program *p, const btg_stop *a, const btg_stop *b, btg_stop *s) {
+    double low = 0, high = 1;
+    *s = *a;
+    for (int i = 0; i < LIMIT_HALVINGS; i++) {
+        btg_stop try;
+        double part = (low + high) / 2;
+        bool ok = on_the_way(p, a, b, part, s, &try);
+        if (ok) *s = try;
+        if (ok) low = part;
+        if (!ok) high = part;
+    }
+    return low;
+}
+
+/* A limit lies between: up to it, over the part to the other end of the range, and on. Where that
+ * is a turn away both are the same pose; a smaller range leaves a gap. */
+static void cross_limit(btg_program *p, const btg_stop *b) {
+    btg_stop a = p->at, near, far;
+    double from = as_far_as(p, &a, b, &near), back = as_far_as(p, b, &a, &far);
+    p->info.rewinds++;
+    p->info.retracts++;
+    if (from + back < 1 - LIMIT_CLOSE) p->info.gaps++;
+    if (from > 0) btg_refine(p, &a, &near);
+    p->at = near;
+    travel(p, &far);
+    if (back > 0) btg_refine(p, &far, b);
+    p->at = *b;
+}
+
 static void write_node(btg_program *p, const btg_choice_node *before, const btg_choice_node *n) {
     btg_stop stop = stop_of(p, n, n->arrive_at);
+    if (n->gap) {
+        cross_limit(p, &stop);
+        return;
+    }
     if (!before || !n->linked) {
         if (before) p->info.retracts++;
-        if (n->gap) {
-            p->info.rewinds++;
-            p->info.gaps++;
-        }
         travel(p, &stop);
         return;
     }

@@ -245,10 +245,10 @@ class MachineFiles(Case):
         """A machine that cannot: exit code 1, and which joint it is."""
         what = copy.deepcopy(GOOD)
         what["rotary"][0]["limits_deg"] = [-5, 5]
-        self.bad(1, "--machine", self.write(what), say="joint B would be")
+        self.bad(1, "--machine", self.write(what), say="joint B at")
         what = copy.deepcopy(GOOD)
         what["linear"]["X"]["limits_mm"] = [-30, 30]
-        self.bad(1, "--machine", self.write(what), say="joint X would be")
+        self.bad(1, "--machine", self.write(what), say="joint X at")
 
 
 if __name__ == "__main__":

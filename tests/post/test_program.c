@@ -110,15 +110,33 @@ static void test_rewind(void) {
     }
 }
 
-/* A limit of exactly one turn: no angle is in two turns but the limit itself. */
+/* Limits of one turn: no angle is in two turns but the limit itself, so the tool is lifted there,
+ * between two positions, and nothing stays uncut. Less than a turn leaves a gap, and says so. */
 static void test_one_turn_alone(void) {
     btg_machine_def d = machine("fanuc");
-    d.rotary[1].min_rad = RADIANS(-180);
-    d.rotary[1].max_rad = RADIANS(180);
     d.rotary[0].min_rad = 0;
-    run(&d, turning(10, 0, 365));
-    CHECK(l->info.rewinds >= 1);
-    CHECK(largest_step(1) < 1.1 || l->info.gaps > 0);
+    for (int limit = 180; limit >= 179; limit--) {
+        d.rotary[1].min_rad = RADIANS(-limit);
+        d.rotary[1].max_rad = RADIANS(limit);
+        /* Steps that do not meet the limit. */
+        int n = 0;
+        for (double a = 0.3; a < 365; a += 7, n++)
+            path[n] = pose(n, 20, 10, 10, a);
+        run(&d, n);
+        CHECK(l->info.rewinds == 1 && l->info.retracts == 1);
+        CHECK(l->info.gaps == (limit < 180));
+        CHECK(largest_step(1) < 7.1);
+        double end = NAN, begin = NAN;
+        for (int i = 1; i < l->count; i++) {
+            if (fabs(l->blocks[i].word[2] - 10) > 1e-3 || fabs(l->blocks[i].word[0]) < 1e-3)
+                continue;
+            double c = l->blocks[i].word[4];
+            if (fabs(fabs(c) - limit) > 1e-3) continue;
+            if (isnan(end)) end = l->blocks[i].word[0];
+            begin = l->blocks[i].word[0];
+        }
+        CHECK_NEAR(begin - end, limit < 180 ? 2 / 7.0 : 0, 1e-2);
+    }
 }
 
 /* Next to the pole a whole turn would hardly show at the tool; the joints make it over the part. */
@@ -248,16 +266,18 @@ static void test_out_of_reach(void) {
     path[1] = pose(1, 0, 10, 40, 0);
     d.rotary[0].min_rad = RADIANS(-30);
     d.rotary[0].max_rad = RADIANS(30);
-    expect_refusal(&d, 2, "joint A would be 40.000 or -40.000 degrees, its limits are -30.000");
+    expect_refusal(
+        &d, 2,
+        "joint A at 40.000 degrees (limits -30.000 to 30.000) or joint A at -40.000 degrees");
     path[1] = pose(600, 0, 10, 0, 0);
-    expect_refusal(&d, 2, "joint X would be 600.000 mm");
+    expect_refusal(&d, 2, "joint X at 600.000 mm (limits -500.000 to 500.000)");
     /* Both ends are within reach, the way from one to the other is not. */
     d = machine("fanuc");
     d.linear[0].min_mm = d.linear[1].min_mm = -410;
     d.linear[0].max_mm = d.linear[1].max_mm = 410;
     path[0] = pose(300, 300, 10, 10, 90);
     path[1] = pose(300, 300, 10, 10, 0);
-    expect_refusal(&d, 2, "on the way");
+    expect_refusal(&d, 2, "the way needs joint");
 }
 
 static void test_statuses(void) {

@@ -150,7 +150,7 @@ typedef struct btg_program_def {
                                as far as the tolerance allows */
     uint32_t tool_number;   /* default 1 */
     double spindle_rpm;     /* default 3000; 0: no spindle words */
-    size_t window; /* positions looked ahead over; >= 2, default 262144, some 120 bytes each */
+    size_t window; /* positions looked ahead over; >= 2, default 262144, some 130 bytes each */
     btg_allocator allocator;
     btg_status (*write)(const char *text, size_t size, void *user); /* as for APT */
     void *user;
@@ -165,7 +165,7 @@ typedef struct btg_program_info {
     uint64_t slowed;    /* cutting blocks whose feed was lowered */
     uint64_t retracts;  /* ways over clear_z within the path */
     uint64_t rewinds;   /* retracts of which a rotary limit is the reason */
-    uint64_t gaps;      /* rewinds between two positions that no one turn of the axes links */
+    uint64_t gaps;      /* rewinds that leave a piece uncut: its axes are beyond the limits */
     double cut_seconds; /* of the cutting blocks */
 } btg_program_info;
 
