@@ -199,6 +199,7 @@ static int finish(run *r) {
     }
     btg_status status = sinks_end(&r->sinks, &r->summary, &r->message);
     if (status != BTG_OK) return app_complain(APP_FAILED, "%s", r->message.text);
+    r->summary.program = sinks_program(&r->sinks);
     return report(r);
 }
 

@@ -159,6 +159,13 @@ btg_status sinks_end(sinks *s, const summary *result, btg_message *message) {
     return BTG_OK;
 }
 
+const btg_program_info *sinks_program(const sinks *s) {
+    for (int i = 0; i < s->count; i++) {
+        if (s->list[i].kind == OUTPUT_NGC) return &s->list[i].info;
+    }
+    return NULL;
+}
+
 void sinks_close(sinks *s) {
     for (int i = 0; i < s->count; i++) {
         btg_output_discard(&s->list[i].output);

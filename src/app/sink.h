@@ -35,6 +35,8 @@ void sinks_row(sinks *s, const btg_row *row, bool linked);
 btg_status sinks_check(const sinks *s, btg_message *message);
 /* Ends the files and gives them their names. */
 btg_status sinks_end(sinks *s, const summary *result, btg_message *message);
+/* What the first program says of itself; NULL where there is none. */
+const btg_program_info *sinks_program(const sinks *s);
 /* Leaves nothing behind but what sinks_end has named. */
 void sinks_close(sinks *s);
 

@@ -113,6 +113,18 @@ static void print_statuses(const summary *s, FILE *file) {
     if (s->lifts > 0) fprintf(file, "            %-14s %10" PRIu64 "\n", "lift", s->lifts);
 }
 
+static void print_program(const btg_program_info *p, const char *machine, FILE *file) {
+    fprintf(file,
+            "program     for %s: %" PRIu64 " blocks, %" PRIu64 " inserted, %" PRIu64
+            " slowed; %" PRIu64 " retracts, %" PRIu64 " of them rewinds; cuts for %.1f min\n",
+            machine, p->blocks, p->inserted, p->slowed, p->retracts, p->rewinds,
+            p->cut_seconds / 60);
+    if (p->gaps > 0) {
+        fprintf(file, "            %" PRIu64 " pieces uncut: their axes are beyond the limits\n",
+                p->gaps);
+    }
+}
+
 void summary_print(const summary *s, FILE *file) {
     const path_options *o = s->options;
     print_part(s, file);
@@ -129,6 +141,7 @@ void summary_print(const summary *s, FILE *file) {
     }
     fprintf(file, "solved      in %.3g s, %.0f positions/s, by %s on %lu thread%s\n", s->seconds,
             rate(s), s->backend, (unsigned long)s->threads, s->threads == 1 ? "" : "s");
+    if (s->program) print_program(s->program, o->machine, file);
     for (int i = 0; i < o->output_count; i++) {
         fprintf(file, "%-11s %s\n", i == 0 ? "wrote" : "", o->outputs[i].path);
     }
@@ -191,6 +204,19 @@ static void json_statuses(const summary *s, btg_json *json) {
     btg_json_close(json, '}');
 }
 
+static void json_program(const btg_program_info *p, const char *machine, btg_json *json) {
+    btg_json_open(json, "program", '{');
+    btg_json_string(json, "machine", machine);
+    btg_json_count(json, "blocks", p->blocks);
+    btg_json_count(json, "inserted", p->inserted);
+    btg_json_count(json, "slowed", p->slowed);
+    btg_json_count(json, "retracts", p->retracts);
+    btg_json_count(json, "rewinds", p->rewinds);
+    btg_json_count(json, "gaps", p->gaps);
+    btg_json_number(json, "cut_seconds", p->cut_seconds);
+    btg_json_close(json, '}');
+}
+
 void summary_json(const summary *s, btg_json *json) {
     const path_options *o = s->options;
     btg_json_string(json, "version", btg_version());
@@ -214,6 +240,7 @@ void summary_json(const summary *s, btg_json *json) {
     btg_json_string(json, "footprint", footprint_word(o));
     json_part(s, json);
     json_tool(&o->tool, json);
+    if (s->program) json_program(s->program, o->machine, json);
     btg_json_open(json, "files", '[');
     for (int i = 0; i < o->output_count; i++)
         btg_json_string(json, NULL, o->outputs[i].path);

@@ -3,6 +3,7 @@
 #define BTG_APP_SUMMARY_H
 
 #include "app/options.h"
+#include "bitangent/post.h"
 #include "io/json.h"
 
 #include <stdio.h>
@@ -25,6 +26,7 @@ typedef struct summary {
     uint64_t spin_met;                   /* of those, with the spin that was asked for */
     double tilt_min_deg, tilt_max_deg;
     uint64_t tilt_bins[TILT_BINS];
+    const btg_program_info *program; /* of the .ngc file; NULL: none */
 } summary;
 
 void summary_add(summary *s, const btg_row *row);

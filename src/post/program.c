@@ -280,6 +280,21 @@ static void cross_limit(btg_program *p, const btg_stop *b) {
     p->at = *b;
 }
 
+/* The joints go to another solution or turn, the tool lifted. A control that is given vectors
+ * does that by itself. */
+static void turn_over(btg_program *p, const btg_choice_node *n) {
+    btg_stop turned = stop_of(p, n, n->leave_at);
+    if (p->machine.def.vectors) {
+        btg_pace_drain(p);
+        btg_pace_start(p, &turned);
+        p->at = turned;
+        return;
+    }
+    p->info.retracts++;
+    p->info.rewinds++;
+    travel(p, &turned);
+}
+
 static void write_node(btg_program *p, const btg_choice_node *before, const btg_choice_node *n) {
     btg_stop stop = stop_of(p, n, n->arrive_at);
     if (n->gap) {
@@ -291,13 +306,7 @@ static void write_node(btg_program *p, const btg_choice_node *before, const btg_
         travel(p, &stop);
         return;
     }
-    /* A control that is given vectors turns the joints itself. */
-    if (before->leave != before->arrive && !p->machine.def.vectors) {
-        btg_stop turned = stop_of(p, before, before->leave_at);
-        p->info.retracts++;
-        p->info.rewinds++;
-        travel(p, &turned);
-    }
+    if (before->leave != before->arrive) turn_over(p, before);
     btg_refine(p, &p->at, &stop);
     p->at = stop;
 }

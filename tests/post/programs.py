@@ -177,7 +177,38 @@ class Controls(Case):
         self.assertTrue([x for x in lines if x.endswith(" F250.0")])
 
 
+class Summary(Case):
+    def test_json(self):
+        done = subprocess.run([PROGRAM, "path", PART, *STEPS, "--machine", "fanuc", "--json",
+                               "-o", self.at("o.ngc")], capture_output=True, text=True)
+        program = json.loads(done.stdout)["program"]
+        self.assertEqual(program["machine"], "fanuc")
+        with open(self.at("o.ngc")) as f:
+            moves = [x for x in f if re.match(r"G[01] ", x)]
+        self.assertEqual(program["blocks"], len(moves))
+        self.assertEqual((program["retracts"], program["rewinds"], program["gaps"]), (4, 0, 0))
+        self.assertGreater(program["cut_seconds"], 40)
+
+    def test_table(self):
+        done = subprocess.run([PROGRAM, "path", PART, *STEPS, "--machine", "fanuc",
+                               "-o", self.at("o.ngc")], capture_output=True, text=True)
+        self.assertIn("program     for fanuc: ", done.stdout)
+
+
 class MachineFiles(Case):
+    def test_samples(self):
+        """The files beside the parts, and the one the README shows, are as good as they look."""
+        root = os.path.join(os.path.dirname(PART), "..")
+        folder = os.path.join(root, "assets", "machines")
+        files = [os.path.join(folder, name) for name in sorted(os.listdir(folder))]
+        with open(os.path.join(root, "README.md")) as f:
+            shown = re.findall(r"```json\n(.*?)```", f.read(), re.S)
+        self.assertEqual(len(shown), 1)
+        self.assertTrue(files)
+        for file in files + [self.write(shown[0])]:
+            self.program("--machine", file)
+
+
     def test_options(self):
         done = self.run_program("-o", self.at("o.ngc"))
         self.assertEqual(done.returncode, 2)
