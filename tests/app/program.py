@@ -680,9 +680,9 @@ class Files(Case):
     def test_disk_full(self):
         self.skip_under(b"__tsan_init")
         for size in (0, 100, 4096, 20000):
-            for name in ("out.csv", "out.json", "out.cl"):
-                self.bad(1, "path", self.part, "--forward-step", "0.5", "-o", self.at(name),
-                         say="cannot write", preexec_fn=self.limit(size))
+            for name in ("out.csv", "out.json", "out.cl", "out.ngc"):
+                self.bad(1, "path", self.part, "--forward-step", "0.2", "-o", self.at(name),
+                         "--machine", "siemens", say="cannot write", preexec_fn=self.limit(size))
         old = self.write("old.csv", "old\n")
         self.bad(1, "path", self.part, "-o", old, "-o", self.at("x.json"), say="cannot write",
                  preexec_fn=self.limit(4096))
