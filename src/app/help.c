@@ -59,6 +59,7 @@ static const char path[] =
     "  --tool-length MM        nose of the spindle to tip, default 100 or as FILE says\n"
     "  --tool-number N         default 1\n"
     "  --spindle RPM           default 3000\n"
+    "  --motion-tolerance MM   of the machine's motion between positions, default 0.002\n"
     "  --json                  one JSON object on the standard output instead of the table\n"
     "  --quiet                 no progress and no table\n"
     "\n"

@@ -12,6 +12,7 @@ void options_default(path_options *o) {
     o->feed_mm_per_min = 1000.0;
     o->tool_length_mm = NAN;
     o->spindle_rpm = 3000.0;
+    o->motion_tolerance_mm = 0.002;
     o->tool_number = 1;
     o->backend = "auto";
     o->solver = btg_solver_def_default();

@@ -26,6 +26,7 @@ typedef struct path_options {
     const char *machine;   /* a built-in one's name, or a file; NULL without .ngc */
     double tool_length_mm; /* NaN: as the machine says */
     double spindle_rpm;
+    double motion_tolerance_mm; /* between positions */
     uint32_t tool_number;
 
     const char *backend;

@@ -310,6 +310,14 @@ static bool set_spindle(path_options *o, const char *name, const char *value) {
     return true;
 }
 
+static bool set_motion_tolerance(path_options *o, const char *name, const char *value) {
+    double mm;
+    if (!get_number(name, value, &mm)) return false;
+    if (!(mm >= 1e-6 && mm <= 1)) return app_refuse(name, "'%s'; give 1e-6 to 1 mm", value);
+    o->motion_tolerance_mm = mm;
+    return true;
+}
+
 static bool set_tool_number(path_options *o, const char *name, const char *value) {
     if (number_parse_count(value, &o->tool_number) && o->tool_number <= 99999999) return true;
     return app_refuse(name, "'%.100s'; give a whole number of up to 8 digits", value);
@@ -383,6 +391,7 @@ const option path_option_list[] = {
     {"--tool-length", set_tool_length, false},
     {"--tool-number", set_tool_number, false},
     {"--spindle", set_spindle, false},
+    {"--motion-tolerance", set_motion_tolerance, false},
     {"--gltf-unit", set_unit, false},
     {"--up", set_up, false},
     {"--use-mesh", set_use_mesh, true},

@@ -32,6 +32,7 @@ static btg_status begin_program(sink *k, const path_options *options, const btg_
     def.name = name;
     def.feed_mm_per_min = options->feed_mm_per_min;
     def.clear_z_mm = clear_z_mm;
+    def.tolerance_mm = options->motion_tolerance_mm;
     def.tool_number = options->tool_number;
     def.spindle_rpm = options->spindle_rpm;
     def.write = write_text;

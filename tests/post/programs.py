@@ -172,6 +172,16 @@ class Controls(Case):
         self.assertEqual(long, self.program("--machine", self.write(what))[0])
         self.assertIn("G93", long)
 
+    def test_tolerance(self):
+        """Finer: more points, more decimals."""
+        sizes = {}
+        for mm in ("0.02", "0.002", "0.0002"):
+            lines, rows = self.program("--machine", "fanuc", "--motion-tolerance", mm)
+            sizes[mm] = len(lines), max(len(x) for x in lines)
+        self.assertLess(sizes["0.02"], sizes["0.002"])
+        self.assertLess(sizes["0.002"], sizes["0.0002"])
+        self.assertLess(sizes["0.02"][1], sizes["0.0002"][1])
+
     def test_feed(self):
         lines, _ = self.program("--machine", "fanuc", "--feed", "250")
         self.assertTrue([x for x in lines if x.endswith(" F250.0")])
@@ -217,7 +227,7 @@ class MachineFiles(Case):
         self.bad(2, "--machine", self.at("none.json"), say="none.json: cannot be opened")
         self.bad(2, "--machine", self.folder.name, say="not a regular file")
         self.bad(2, "--machine", "", say="--machine")
-        for option in ("--tool-length", "--tool-number", "--spindle"):
+        for option in ("--tool-length", "--tool-number", "--spindle", "--motion-tolerance"):
             for value in ("", "x", "-1", "1e9"):
                 self.bad(2, "--machine", "fanuc", option, value, say=option)
 

@@ -234,6 +234,14 @@ static void test_on_the_pole(void) {
     CHECK_NEAR(high - low, 50, 1e-3);
 }
 
+/* A control that is given vectors turns the joints itself: no rewinds, no points between. */
+static void test_vectors(void) {
+    btg_machine_def d = machine("siemens");
+    run(&d, turning(10, 0, 1000));
+    CHECK(l->info.rewinds == 0 && l->info.retracts == 0 && l->info.inserted == 0);
+    CHECK(l->info.blocks < 1010);
+}
+
 /* However it is cut into windows, every position comes out once and in order. */
 static void test_windows(void) {
     static const size_t window[4] = {2, 3, 17, 1000};
@@ -528,6 +536,7 @@ int main(void) {
     test_solutions();
     test_through_the_pole();
     test_on_the_pole();
+    test_vectors();
     test_windows();
     test_out_of_reach();
     test_statuses();
