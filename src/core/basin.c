@@ -176,6 +176,22 @@ static bool basin_holds(const expansion *x, double reach, double share, double s
     return least >= 2 * b.cubic * reach;
 }
 
+static double widest_basin(const btg_tool_element *e) {
+    return 0.5 * (e->ring_radius_mm + e->corner_radius_mm);
+}
+
+/* About where the ring's part of the bound uses up the curvature at the contact: a reach to start
+ * from. */
+static double likely_reach(const expansion *x) {
+    double c = 1 / x->ring_distance, k = x->ring_curvature;
+    double uu = x->nuu + c * x->mu * x->mu + k * x->bu * x->bu;
+    double uv = x->nuv + c * x->mu * x->mv + k * x->bu * x->bv;
+    double vv = x->nvv + c * x->mv * x->mv + k * x->bv * x->bv;
+    double least = 0.5 * (uu + vv) - norm2(0.5 * (uu - vv), uv);
+    double l = 1 / (x->ring_distance * x->axis_distance);
+    return least > 0 ? 3 * sqrt(4 * c * least) / l : INFINITY;
+}
+
 btg_basin btg_basin_make(const btg_search *search, btg_place place, uint32_t element) {
     btg_basin basin = {.place = place, .element = element};
     const btg_tool_element *e = &search->query.tool->element[element];
@@ -196,7 +212,8 @@ btg_basin btg_basin_make(const btg_search *search, btg_place place, uint32_t ele
     slope_v = max2(slope_v, 0);
     basin.speed_u = x.speed_u;
     basin.speed_v = x.speed_v;
-    double reach = min2(search->part->scale, 0.5 * (e->ring_radius_mm + e->corner_radius_mm));
+    double reach = min2(search->part->scale, widest_basin(e));
+    if (x.curved) reach = min2(reach, likely_reach(&x));
     for (int i = 0; i < BTG_BASIN_STEPS && basin.reach == 0; i++, reach *= 0.65)
         if (basin_holds(&x, reach, 0.85, slope_u, slope_v) ||
             basin_holds(&x, reach, 0.4, slope_u, slope_v))
@@ -226,6 +243,7 @@ static void renew(btg_search *search) {
 
 bool btg_basins_cover(btg_search *search, const btg_region *region, uint32_t element) {
     if (region->cell.item == BTG_CELL_MANY) return false;
+    if (region->radius > widest_basin(&search->query.tool->element[element])) return false;
     if (search->basin_stale) renew(search);
     for (int i = 0; i < 2; i++)
         if (search->basin[i].element == element && covers(&search->basin[i], region)) return true;

@@ -123,35 +123,33 @@ void btg_block_quarter(const btg_part *part, const btg_block *block, int k, btg_
             piece->third[i] = third_scale[whole->cut][i] * whole->third[i];
     }
     if (piece->quarters) return;
-    double u = vec_norm(btg_block_vector(&block->a, k));
-    double v = vec_norm(btg_block_vector(&block->b, k));
-    u += 0.5 * vec_norm(btg_block_vector(&block->uu, k));
-    v += 0.5 * vec_norm(btg_block_vector(&block->vv, k));
+    double u = vec_norm(btg_block_vector(&block->at.su, k));
+    double v = vec_norm(btg_block_vector(&block->at.sv, k));
+    u += 0.5 * vec_norm(btg_block_vector(&block->at.suu, k));
+    v += 0.5 * vec_norm(btg_block_vector(&block->at.svv, k));
     piece->cut = cut_of(u, v);
+}
+
+static ALWAYS_INLINE lanes3 scale(lanes3_memory *v, lanes by) {
+    lanes3 scaled = lanes3_scale(lanes3_load(v), by);
+    lanes3_store(v, scaled);
+    return scaled;
 }
 
 void btg_block_make(const btg_part *part, const btg_piece *piece, btg_block *block) {
     const btg_patch *patch = &part->patches[piece->item];
-    btg_surface_four d;
     block->whole = *piece;
     place_quarters(piece, block);
-    btg_patch_evaluate_four(patch, block->u, block->v, &d);
+    btg_patch_evaluate_four(patch, block->u, block->v, &block->at);
     lanes hu = lanes_all(block->hu), hv = lanes_all(block->hv);
-    lanes3 a = lanes3_scale(lanes3_load(&d.su), hu), b = lanes3_scale(lanes3_load(&d.sv), hv);
-    lanes3 uu = lanes3_scale(lanes3_load(&d.suu), lanes_mul(hu, hu));
-    lanes3 uv = lanes3_scale(lanes3_load(&d.suv), lanes_mul(hu, hv));
-    lanes3 vv = lanes3_scale(lanes3_load(&d.svv), lanes_mul(hv, hv));
-    block->centre = d.s;
-    lanes3_store(&block->a, a);
-    lanes3_store(&block->b, b);
-    lanes3_store(&block->uu, uu);
-    lanes3_store(&block->uv, uv);
-    lanes3_store(&block->vv, vv);
-
+    lanes uu = length(scale(&block->at.suu, lanes_mul(hu, hu)));
+    lanes uv = length(scale(&block->at.suv, lanes_mul(hu, hv)));
+    lanes vv = length(scale(&block->at.svv, lanes_mul(hv, hv)));
+    lanes3 a = scale(&block->at.su, hu), b = scale(&block->at.sv, hv);
     lanes over = lanes_all(1 + 1e-12), half = lanes_all(0.5);
     lanes error = lanes_add(third_errors(part, piece), lanes_all(patch->rounding));
-    lanes bend = lanes_mad(error, half, lanes_add(length(uu), length(vv)));
-    bend = lanes_mul(lanes_add(bend, length(uv)), over);
+    lanes bend = lanes_mad(error, half, lanes_add(uu, vv));
+    bend = lanes_mul(lanes_add(bend, uv), over);
     lanes aa = lanes3_dot(a, a), bb = lanes3_dot(b, b), ab = lanes_abs(lanes3_dot(a, b));
     lanes diagonal = lanes_sqrt(lanes_add(lanes_add(aa, bb), lanes_add(ab, ab)));
     lanes_store(block->error, error);
@@ -161,19 +159,18 @@ void btg_block_make(const btg_part *part, const btg_piece *piece, btg_block *blo
 
 static void widen(const float from[3][4], lanes3_memory *to) {
     for (int k = 0; k < 4; k++) {
-        to->x[k] = (double)from[0][k];
-        to->y[k] = (double)from[1][k];
-        to->z[k] = (double)from[2][k];
+        for (int c = 0; c < 3; c++)
+            to->at[c][k] = (double)from[c][k];
     }
 }
 
 void btg_block_of_node(const btg_node *node, btg_block *block) {
-    widen(node->centre, &block->centre);
-    widen(node->a, &block->a);
-    widen(node->b, &block->b);
-    widen(node->uu, &block->uu);
-    widen(node->uv, &block->uv);
-    widen(node->vv, &block->vv);
+    widen(node->centre, &block->at.s);
+    widen(node->a, &block->at.su);
+    widen(node->b, &block->at.sv);
+    widen(node->uu, &block->at.suu);
+    widen(node->uv, &block->at.suv);
+    widen(node->vv, &block->at.svv);
     for (int k = 0; k < 4; k++) {
         block->error[k] = (double)node->error[k];
         block->bend[k] = (double)node->bend[k];
@@ -182,25 +179,25 @@ void btg_block_of_node(const btg_node *node, btg_block *block) {
 }
 
 static void set_lane(lanes3_memory *to, int k, btg_vec3 v) {
-    to->x[k] = v.x;
-    to->y[k] = v.y;
-    to->z[k] = v.z;
+    to->at[0][k] = v.x;
+    to->at[1][k] = v.y;
+    to->at[2][k] = v.z;
 }
 
 void btg_block_of_triangles(const btg_part *part, const uint32_t *triangles, uint32_t count,
                             btg_block *block) {
-    memset(&block->uu, 0, sizeof block->uu);
-    memset(&block->uv, 0, sizeof block->uv);
-    memset(&block->vv, 0, sizeof block->vv);
+    memset(&block->at.suu, 0, sizeof block->at.suu);
+    memset(&block->at.suv, 0, sizeof block->at.suv);
+    memset(&block->at.svv, 0, sizeof block->at.svv);
     for (uint32_t k = 0; k < 4; k++) {
         btg_vec3 c[3];
         btg_triangle_corners(part, triangles[k < count ? k : 0], c);
         btg_vec3 a = vec_scale(vec_sub(c[1], c[0]), 0.5), b = vec_scale(vec_sub(c[2], c[0]), 0.5);
         double rounding = 1e-14 * part->scale;
         double p = vec_norm(vec_add(a, b)), m = vec_norm(vec_sub(a, b));
-        set_lane(&block->centre, (int)k, vec_scale(vec_add(c[1], c[2]), 0.5));
-        set_lane(&block->a, (int)k, a);
-        set_lane(&block->b, (int)k, b);
+        set_lane(&block->at.s, (int)k, vec_scale(vec_add(c[1], c[2]), 0.5));
+        set_lane(&block->at.su, (int)k, a);
+        set_lane(&block->at.sv, (int)k, b);
         block->error[k] = block->bend[k] = rounding;
         block->radius[k] = max2(p, m) + rounding;
     }
@@ -275,7 +272,7 @@ static ALWAYS_INLINE lanes dot_one(lanes3 a, btg_vec3 b) {
 
 static ALWAYS_INLINE place place_of(const btg_block *block, const btg_tool_element *e,
                                     const btg_placement *at) {
-    lanes3 c = lanes3_load(&block->centre);
+    lanes3 c = lanes3_load(&block->at.s);
     lanes3 d = {lanes_sub(c.x, lanes_all(at->centre.x)), lanes_sub(c.y, lanes_all(at->centre.y)),
                 lanes_sub(c.z, lanes_all(at->centre.z))};
     lanes x = lanes_all(at->axis.x), y = lanes_all(at->axis.y), z = lanes_all(at->axis.z);
@@ -318,9 +315,9 @@ static ALWAYS_INLINE lanes sum_abs(lanes a, lanes b) {
 
 /* How far a tangential part of the pieces' second derivatives leads. */
 static ALWAYS_INLINE lanes bend_along(const btg_block *block, lanes3 d) {
-    lanes uu = lanes_abs(lanes3_dot(d, lanes3_load(&block->uu)));
-    lanes uv = lanes_abs(lanes3_dot(d, lanes3_load(&block->uv)));
-    lanes vv = lanes_abs(lanes3_dot(d, lanes3_load(&block->vv)));
+    lanes uu = lanes_abs(lanes3_dot(d, lanes3_load(&block->at.suu)));
+    lanes uv = lanes_abs(lanes3_dot(d, lanes3_load(&block->at.suv)));
+    lanes vv = lanes_abs(lanes3_dot(d, lanes3_load(&block->at.svv)));
     lanes sum = lanes_mad(uv, lanes_all(0.5), lanes_add(uu, vv));
     return lanes_add(sum, lanes_load(block->error));
 }
@@ -342,7 +339,7 @@ static ALWAYS_INLINE lanes3 in_meridian(const place *p, btg_vec3 axis, lanes alo
 
 static ALWAYS_INLINE frame frame_of(const btg_block *block, const btg_placement *at,
                                     const place *p) {
-    lanes3 a = lanes3_load(&block->a), b = lanes3_load(&block->b);
+    lanes3 a = lanes3_load(&block->at.su), b = lanes3_load(&block->at.sv);
     lanes3 n = in_meridian(p, at->axis, p->n_r, p->n_z);
     lanes3 m = in_meridian(p, at->axis, lanes_sub(lanes_all(0), p->n_z), p->n_r);
     lanes bend = lanes_load(block->bend);
@@ -353,9 +350,9 @@ static ALWAYS_INLINE frame frame_of(const btg_block *block, const btg_placement 
     f.mb = lanes3_dot(m, b);
     f.ta = lanes3_dot(p->ring, a);
     f.tb = lanes3_dot(p->ring, b);
-    f.nuu = lanes3_dot(n, lanes3_load(&block->uu));
-    f.nuv = lanes3_dot(n, lanes3_load(&block->uv));
-    f.nvv = lanes3_dot(n, lanes3_load(&block->vv));
+    f.nuu = lanes3_dot(n, lanes3_load(&block->at.suu));
+    f.nuv = lanes3_dot(n, lanes3_load(&block->at.suv));
+    f.nvv = lanes3_dot(n, lanes3_load(&block->at.svv));
     f.linear_m = sum_abs(f.ma, f.mb);
     f.bend_m = bend_along(block, m);
     f.bend_t = bend_along(block, p->ring);

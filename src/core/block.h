@@ -15,11 +15,11 @@ typedef struct btg_piece {
 } btg_piece;
 
 /* The four quarters of a piece: quarter k is
- *     centre + a s + b t + (uu s^2 + 2 uv s t + vv t^2) / 2,    |s|, |t| <= 1,
+ *     s + su a + sv b + (suu a^2 + 2 suv a b + svv b^2) / 2,    |a|, |b| <= 1,
  * up to error[k]; without the last term, up to bend[k]. */
 typedef struct btg_block {
-    lanes3_memory centre, a, b, uu, uv, vv;
-    double error[4], bend[4], radius[4]; /* radius of a ball about the centre that holds it */
+    btg_surface_four at;                 /* in units of half sides */
+    double error[4], bend[4], radius[4]; /* radius of a ball about s that holds it */
     double u[4], v[4], hu, hv;
     btg_piece whole;
 } btg_block;
@@ -43,7 +43,7 @@ btg_cut btg_piece_cut(const btg_part *part, const btg_piece *piece);
 /* Cuts a piece into four. */
 void btg_block_make(const btg_part *part, const btg_piece *piece, btg_block *block);
 
-/* The four children of a tree node; of the block's fields only the first nine. */
+/* The four children of a tree node; of the block's fields only the first four. */
 void btg_block_of_node(const btg_node *node, btg_block *block);
 
 /* Triangles, one to four, each as the parallelogram it is half of; fields as of a node. */
@@ -59,7 +59,7 @@ void btg_block_bounds(const btg_block *block, const btg_tool_element *element,
                       const btg_placement *placement, double enough, btg_block_bound *bound);
 
 static inline btg_vec3 btg_block_vector(const lanes3_memory *a, int k) {
-    return vec(a->x[k], a->y[k], a->z[k]);
+    return vec(a->at[0][k], a->at[1][k], a->at[2][k]);
 }
 
 #endif

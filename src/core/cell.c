@@ -5,9 +5,9 @@
 #define ROUNDING 1e-14
 
 void btg_cell_of_child(const btg_block *block, int k, btg_cell *cell) {
-    *cell = (btg_cell){.centre = btg_block_vector(&block->centre, k),
-                       .a = btg_block_vector(&block->a, k),
-                       .b = btg_block_vector(&block->b, k),
+    *cell = (btg_cell){.centre = btg_block_vector(&block->at.s, k),
+                       .a = btg_block_vector(&block->at.su, k),
+                       .b = btg_block_vector(&block->at.sv, k),
                        .bend = block->bend[k],
                        .item = BTG_CELL_MANY};
 }

@@ -125,24 +125,31 @@ static form divide(const form *n, const form *w) {
     return q;
 }
 
+/* One coordinate of all six. */
+static inline void store_form(const form *f, double *s, double *su, double *sv, double *suu,
+                              double *suv, double *svv) {
+    lanes_store(s, f->d[0]);
+    lanes_store(su, f->d[1]);
+    lanes_store(sv, f->d[2]);
+    lanes_store(suu, f->d[3]);
+    lanes_store(suv, f->d[4]);
+    lanes_store(svv, f->d[5]);
+}
+
 void btg_patch_evaluate_four(const btg_patch *patch, const double u[4], const double v[4],
                              btg_surface_four *out) {
     lanes half = lanes_all(0.5), s = lanes_sub(lanes_load(u), half);
     lanes t = lanes_sub(lanes_load(v), half);
-    form w, x = evaluate(patch, 0, s, t), y = evaluate(patch, 1, s, t);
-    form z = evaluate(patch, 2, s, t);
-    if (patch->rational) {
-        w = evaluate(patch, 3, s, t);
-        x = divide(&x, &w);
-        y = divide(&y, &w);
-        z = divide(&z, &w);
+    const double origin[3] = {patch->origin.x, patch->origin.y, patch->origin.z};
+    form w;
+    if (patch->rational) w = evaluate(patch, 3, s, t);
+    for (int c = 0; c < 3; c++) {
+        form f = evaluate(patch, c, s, t);
+        if (patch->rational) f = divide(&f, &w);
+        f.d[0] = lanes_add(f.d[0], lanes_all(origin[c]));
+        store_form(&f, out->s.at[c], out->su.at[c], out->sv.at[c], out->suu.at[c], out->suv.at[c],
+                   out->svv.at[c]);
     }
-    x.d[0] = lanes_add(x.d[0], lanes_all(patch->origin.x));
-    y.d[0] = lanes_add(y.d[0], lanes_all(patch->origin.y));
-    z.d[0] = lanes_add(z.d[0], lanes_all(patch->origin.z));
-    lanes3_memory *const to[6] = {&out->s, &out->su, &out->sv, &out->suu, &out->suv, &out->svv};
-    for (int k = 0; k < 6; k++)
-        lanes3_store(to[k], (lanes3){x.d[k], y.d[k], z.d[k]});
 }
 
 /* ---- any item ------------------------------------------------------------------------------ */

@@ -154,18 +154,18 @@ typedef struct lanes3 {
     lanes x, y, z;
 } lanes3;
 
-/* The same in memory. */
+/* The same in memory: x, y, z of each. */
 typedef struct lanes3_memory {
-    double x[4], y[4], z[4];
+    double at[3][4];
 } lanes3_memory;
 
 static inline lanes3 lanes3_load(const lanes3_memory *p) {
-    return (lanes3){lanes_load(p->x), lanes_load(p->y), lanes_load(p->z)};
+    return (lanes3){lanes_load(p->at[0]), lanes_load(p->at[1]), lanes_load(p->at[2])};
 }
 static inline void lanes3_store(lanes3_memory *p, lanes3 a) {
-    lanes_store(p->x, a.x);
-    lanes_store(p->y, a.y);
-    lanes_store(p->z, a.z);
+    lanes_store(p->at[0], a.x);
+    lanes_store(p->at[1], a.y);
+    lanes_store(p->at[2], a.z);
 }
 static inline lanes3 lanes3_scale(lanes3 a, lanes by) {
     return (lanes3){lanes_mul(a.x, by), lanes_mul(a.y, by), lanes_mul(a.z, by)};

@@ -169,8 +169,8 @@ static double patch_extent(const btg_part *part, uint32_t item, btg_vec3 directi
         btg_piece piece = stack[--top];
         btg_block_make(part, &piece, &block);
         for (int k = 0; k < 4; k++) {
-            btg_vec3 a = btg_block_vector(&block.a, k), b = btg_block_vector(&block.b, k);
-            double at = vec_dot(btg_block_vector(&block.centre, k), direction);
+            btg_vec3 a = btg_block_vector(&block.at.su, k), b = btg_block_vector(&block.at.sv, k);
+            double at = vec_dot(btg_block_vector(&block.at.s, k), direction);
             double reach =
                 fabs(vec_dot(a, direction)) + fabs(vec_dot(b, direction)) + block.bend[k];
             best = fmax(best, at);

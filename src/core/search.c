@@ -133,7 +133,7 @@ static bool first_contact(btg_search *search, const btg_block *block) {
     for (int k = 0; k < 4; k++) {
         btg_ray_hit hit;
         if (block->radius[k] > near && block->hu > 0.1 && block->hv > 0.1) continue;
-        if (!btg_ray_cast(&search->query, btg_block_vector(&block->centre, k), &hit)) continue;
+        if (!btg_ray_cast(&search->query, btg_block_vector(&block->at.s, k), &hit)) continue;
         if (hit.value > best) {
             best = hit.value;
             from = k;
@@ -209,7 +209,7 @@ static void push_quarters(btg_search *search, const btg_block *block,
     size_t from = search->top;
     for (int i = 0; i < count; i++) {
         int k = left[i];
-        btg_entry *e = push(search, btg_block_vector(&block->centre, k), block->radius[k]);
+        btg_entry *e = push(search, btg_block_vector(&block->at.s, k), block->radius[k]);
         e->node = BTG_NODE_NONE;
         btg_block_quarter(search->part, block, k, &e->piece);
         e->key = bound ? bound->low[k] : rank(search, e->centre, e->radius);
@@ -280,7 +280,7 @@ static void push_triangles(btg_search *search, const uint32_t *triangle, uint32_
 static void push_child(btg_search *search, const btg_node *node, int k, double key) {
     const btg_part *part = search->part;
     const btg_block *block = &search->block;
-    btg_entry *e = push(search, btg_block_vector(&block->centre, k), block->radius[k]);
+    btg_entry *e = push(search, btg_block_vector(&block->at.s, k), block->radius[k]);
     e->key = key;
     e->node = BTG_NODE_NONE;
     if (node->kind[k] == BTG_CHILD_NODE)
