@@ -157,28 +157,61 @@ static btg_status allocate_arrays(btg_part *part, const part_size *size) {
 
 /* ---- extent ------------------------------------------------------------------------------- */
 
-/* The largest direction . s over one patch, or `best` when that is more. */
-static double patch_extent(const btg_part *part, uint32_t item, btg_vec3 direction, double best) {
-    enum { DEPTH = 3 * 40 };
-    btg_piece stack[DEPTH];
-    btg_block block;
-    int top = 1;
-    btg_piece_root(part, item, &stack[0]);
-    double tolerance = 1e-6 * part->scale;
-    while (top > 0) {
-        btg_piece piece = stack[--top];
-        btg_block_make(part, &piece, &block);
-        for (int k = 0; k < 4; k++) {
-            btg_vec3 a = btg_block_vector(&block.at.su, k), b = btg_block_vector(&block.at.sv, k);
-            double at = vec_dot(btg_block_vector(&block.at.s, k), direction);
-            double reach =
-                fabs(vec_dot(a, direction)) + fabs(vec_dot(b, direction)) + block.bend[k];
-            best = fmax(best, at);
-            if (at + fmin(reach, block.radius[k]) > best + tolerance && top < DEPTH)
-                btg_block_quarter(part, &block, k, &stack[top++]);
+/* A patch's net seen along a direction: w (direction . point) and w, v fastest. */
+typedef struct profile {
+    int n, m;
+    double at[BTG_ORDER_MAX * BTG_ORDER_MAX][2];
+} profile;
+
+/* De Casteljau at 1/2 on count + 1 entries `stride` apart, from `first` on. */
+static void halve_line(profile *low, profile *high, int first, int count, int stride) {
+    for (int c = 0; c < 2; c++)
+        for (int k = 0; k <= count; k++) {
+            high->at[first + (count - k) * stride][c] = low->at[first + count * stride][c];
+            for (int i = count; i > k; i--) {
+                double *p = &low->at[first + i * stride][c];
+                *p = 0.5 * (*p + low->at[first + (i - 1) * stride][c]);
+            }
         }
+}
+
+static void halve_profile(const profile *of, bool along_u, profile *low, profile *high) {
+    *low = *high = *of;
+    if (along_u)
+        for (int j = 0; j <= of->m; j++)
+            halve_line(low, high, j, of->n, of->m + 1);
+    else
+        for (int i = 0; i <= of->n; i++)
+            halve_line(low, high, i * (of->m + 1), of->m, 1);
+}
+
+/* The largest height of a profile, or `best` when that is more; to `tolerance`: a patch lies below
+ * its highest control point and passes through its corners. */
+static double profile_extent(const profile *p, int depth, double tolerance, double best) {
+    enum { DEPTH_MAX = 44 };
+    double most = -INFINITY;
+    int last = p->n * (p->m + 1);
+    const int corner[4] = {0, p->m, last, last + p->m};
+    for (int i = 0; i < (p->n + 1) * (p->m + 1); i++)
+        most = fmax(most, p->at[i][0] / p->at[i][1]);
+    for (int i = 0; i < 4; i++)
+        best = fmax(best, p->at[corner[i]][0] / p->at[corner[i]][1]);
+    if (most <= best + tolerance || depth == DEPTH_MAX) return best;
+    profile low, high;
+    halve_profile(p, depth % 2 == 0, &low, &high);
+    best = profile_extent(&low, depth + 1, tolerance, best);
+    return profile_extent(&high, depth + 1, tolerance, best);
+}
+
+static double patch_extent(const btg_patch *patch, btg_vec3 direction, double tolerance,
+                           double best) {
+    profile p = {.n = patch->degree_u, .m = patch->degree_v};
+    for (int i = 0; i < (p.n + 1) * (p.m + 1); i++) {
+        const double *c = patch->coefficients + 4 * i;
+        p.at[i][0] = vec_dot(vec(c[0], c[1], c[2]), direction);
+        p.at[i][1] = c[3];
     }
-    return best;
+    return profile_extent(&p, 0, tolerance, best);
 }
 
 static double extent(const btg_part *part, btg_vec3 direction) {
@@ -190,7 +223,7 @@ static double extent(const btg_part *part, btg_vec3 direction) {
             best = fmax(best, vec_dot(s.s, direction));
         }
     for (uint32_t i = 0; i < part->patch_count; i++)
-        best = patch_extent(part, i, direction, best);
+        best = patch_extent(&part->patches[i], direction, 1e-6 * part->scale, best);
     for (uint32_t i = 0; i < part->triangle_count; i++)
         for (int k = 0; k < 3; k++)
             best = fmax(best, vec_dot(part->vertices[part->triangles[i][k]], direction));
