@@ -40,11 +40,10 @@ static void offer_sheet(btg_search *search, btg_place place) {
 
 /* The place a step along the ridge from P, in mm, and its value; false outside the patch or where
  * no ray meets the tool. */
-static bool along_ridge(const btg_search *search, const double ridge[2], double step, btg_place *at,
-                        double *value) {
+static bool along_ridge(const btg_search *search, btg_place p, const double ridge[2], double step,
+                        btg_place *at, double *value) {
     btg_surface_point s;
     btg_ray_hit hit;
-    btg_place p = search->p_place;
     *at = (btg_place){p.item, p.u + step * ridge[0], p.v + step * ridge[1]};
     if (!(at->u >= 0 && at->u <= 1 && at->v >= 0 && at->v <= 1)) return false;
     btg_part_point(search->part, *at, &s);
@@ -56,16 +55,16 @@ static bool along_ridge(const btg_search *search, const double ridge[2], double 
 /* Where the tilt is nearly osculating the value rises from P along the direction of its limit, the
  * ridge, by less than the walk's clearance shows. Its slope there has opposite signs on both
  * sides: one of them leads uphill. */
-void btg_search_climb_ridge(btg_search *search) {
+static void climb_ridge(btg_search *search, btg_place from) {
     double ridge[2], limit, low, high;
     btg_place at, best;
     btg_surface_point p;
-    if (btg_is_triangle(search->part, search->p_place.item)) return;
-    btg_part_point(search->part, search->p_place, &p);
+    if (btg_is_triangle(search->part, from.item)) return;
+    btg_part_point(search->part, from, &p);
     if (!btg_ray_ridge(&search->query, &p, ridge, &limit)) return;
     double clearance = sqrt(search->query.p_clearance2), t = ridge_steps[0] * clearance;
-    bool left = along_ridge(search, ridge, -t, &at, &low);
-    bool right = along_ridge(search, ridge, t, &best, &high);
+    bool left = along_ridge(search, from, ridge, -t, &at, &low);
+    bool right = along_ridge(search, from, ridge, t, &best, &high);
     if (!left && !right) return;
     double slope = left && right ? 0.5 * (high - low) / t : (left ? limit - low : high - limit) / t;
     const btg_tool_element *e = &search->query.tool->element[0];
@@ -75,7 +74,8 @@ void btg_search_climb_ridge(btg_search *search) {
     double side = slope > 0 ? 1 : -1, most = -INFINITY;
     for (size_t i = 0; i < sizeof ridge_steps / sizeof *ridge_steps; i++) {
         double value;
-        if (!along_ridge(search, ridge, side * ridge_steps[i] * clearance, &at, &value)) break;
+        if (!along_ridge(search, from, ridge, side * ridge_steps[i] * clearance, &at, &value))
+            break;
         if (value <= most) break;
         most = value;
         best = at;
@@ -83,11 +83,16 @@ void btg_search_climb_ridge(btg_search *search) {
     if (most > -INFINITY) btg_search_polish(search, best);
 }
 
+void btg_search_climb_ridges(btg_search *search) {
+    for (uint32_t i = 0; i < search->sheet_count; i++)
+        climb_ridge(search, search->sheet[i]);
+}
+
 void btg_search_near_p(btg_search *search) {
     double value;
     if (btg_ray_tool_limit(&search->query, &value)) offer_limit(search, value);
     offer_sheet(search, search->p_place);
-    search->sheet[0] = search->p_place.item;
+    search->sheet[0] = search->p_place;
     search->sheet_count = 1;
 }
 
@@ -139,10 +144,9 @@ void btg_search_sheet_at_p(btg_search *search, const btg_region *region) {
     btg_vec3 away = vec_sub(region->cell.centre, search->query.p);
     if (vec_norm(away) > region->radius + SHEET_GAP * clearance) return;
     for (uint32_t i = 0; i < search->sheet_count; i++)
-        if (search->sheet[i] == region->cell.item) return;
+        if (search->sheet[i].item == region->cell.item) return;
     btg_place at = btg_cell_place(&region->cell);
     if (nearest_to_p(search, &at) > SHEET_GAP * clearance) return;
-    if (search->sheet_count < BTG_SHEETS_MAX)
-        search->sheet[search->sheet_count++] = region->cell.item;
+    if (search->sheet_count < BTG_SHEETS_MAX) search->sheet[search->sheet_count++] = at;
     offer_sheet(search, at);
 }

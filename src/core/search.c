@@ -348,7 +348,7 @@ void btg_search_run(btg_search *search) {
         search->nodes++;
         look_at(search, &search->stack[--search->top]);
     }
-    if (tilt) btg_search_climb_ridge(search);
+    if (tilt) btg_search_climb_ridges(search);
     /* The best may have come from a polish that ran out of steps in a flat valley. */
     for (int i = 0; i < FINISHES && search->found && !search->osculating && !search->settled; i++) {
         double before = search->value;

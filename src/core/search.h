@@ -65,8 +65,8 @@ typedef struct btg_search {
 
     btg_place p_place; /* TILT: place of the first contact */
     bool has_start;
-    btg_place start; /* near the answer, says the caller */
-    uint32_t sheet[BTG_SHEETS_MAX];
+    btg_place start;                 /* near the answer, says the caller */
+    btg_place sheet[BTG_SHEETS_MAX]; /* the part's places at P, one an item */
     uint32_t sheet_count;
 
     btg_block block; /* that is being looked at */
@@ -96,7 +96,7 @@ bool btg_search_offer(btg_search *search, double value, btg_place place, btg_vec
  * tool and of the sheet of P. */
 void btg_search_near_p(btg_search *search);
 /* After the walk: the contact that may stand so near P that the walk did not see it. */
-void btg_search_climb_ridge(btg_search *search);
+void btg_search_climb_ridges(btg_search *search);
 /* The limit of another item whose cell reaches P. */
 void btg_search_sheet_at_p(btg_search *search, const btg_region *region);
 
