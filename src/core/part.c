@@ -214,6 +214,7 @@ static double patch_extent(const btg_patch *patch, btg_vec3 direction, double to
     return profile_extent(&p, 0, tolerance, best);
 }
 
+/* The largest direction . s over all patches. */
 static double extent(const btg_part *part, btg_vec3 direction) {
     double best = -INFINITY;
     btg_surface_point s;
@@ -224,10 +225,16 @@ static double extent(const btg_part *part, btg_vec3 direction) {
         }
     for (uint32_t i = 0; i < part->patch_count; i++)
         best = patch_extent(&part->patches[i], direction, 1e-6 * part->scale, best);
-    for (uint32_t i = 0; i < part->triangle_count; i++)
-        for (int k = 0; k < 3; k++)
-            best = fmax(best, vec_dot(part->vertices[part->triangles[i][k]], direction));
     return best;
+}
+
+static void add_triangles(const btg_part *part, btg_vec3 *low, btg_vec3 *high) {
+    for (uint32_t i = 0; i < part->triangle_count; i++)
+        for (int k = 0; k < 3; k++) {
+            btg_vec3 p = part->vertices[part->triangles[i][k]];
+            *low = vec(min2(p.x, low->x), min2(p.y, low->y), min2(p.z, low->z));
+            *high = vec(max2(p.x, high->x), max2(p.y, high->y), max2(p.z, high->z));
+        }
 }
 
 static void fill_info(btg_part *part, const btg_part_def *def) {
@@ -238,10 +245,13 @@ static void fill_info(btg_part *part, const btg_part_def *def) {
     info->memory_bytes += part->piece_count * sizeof *part->pieces +
                           part->triangle_count * sizeof *part->order +
                           part->node_count * sizeof *part->nodes;
-    info->box_max =
+    btg_vec3 high =
         vec(extent(part, vec(1, 0, 0)), extent(part, vec(0, 1, 0)), extent(part, vec(0, 0, 1)));
-    info->box_min = vec(0 - extent(part, vec(-1, 0, 0)), 0 - extent(part, vec(0, -1, 0)),
-                        0 - extent(part, vec(0, 0, -1))); /* no -0 */
+    btg_vec3 low = vec(0 - extent(part, vec(-1, 0, 0)), 0 - extent(part, vec(0, -1, 0)),
+                       0 - extent(part, vec(0, 0, -1))); /* no -0 */
+    add_triangles(part, &low, &high);
+    info->box_min = vec(0 + low.x, 0 + low.y, 0 + low.z);
+    info->box_max = high;
 }
 
 /* ---- public ------------------------------------------------------------------------------- */

@@ -157,26 +157,16 @@ void btg_sheet_of_triangles(const btg_part *part, const uint32_t *triangles, uin
         for (int k = 0; k < 3; k++)
             size = max2(size, vec_norm2(vec_sub(c[k], origin)));
     }
+    /* flat: a leaf's few triangles bend less than their parents', and triangles are many */
     fit f;
     set_frame(&f, origin, normal, along, sqrt(size));
+    double rounding = 1e-14 * part->scale / f.size + rounding_of(&f);
     for (uint32_t i = 0; i < count; i++) {
         btg_triangle_corners(part, triangles[i], c);
         for (int k = 0; k < 3; k++) {
             btg_vec3 p = in_frame(&f, vec_sub(c[k], f.origin));
             cover(&f, p.x, p.y, 0);
-            add_point(&f, p);
-        }
-    }
-    solve(&f);
-    double rounding = 1e-14 * part->scale / f.size + rounding_of(&f);
-    for (uint32_t i = 0; i < count; i++) {
-        btg_triangle_corners(part, triangles[i], c);
-        for (int k = 0; k < 3; k++)
-            c[k] = in_frame(&f, vec_sub(c[k], f.origin));
-        for (int k = 0; k < 3; k++) {
-            btg_vec3 p = c[k], q = c[(k + 1) % 3];
-            add_height(&f, p.z - polar(&f, p, p), rounding);
-            add_height(&f, 0.5 * (p.z + q.z) - polar(&f, p, q), rounding);
+            add_height(&f, p.z, rounding);
         }
     }
     finish(&f, sheet);
@@ -252,7 +242,7 @@ static void cover_sheet(fit *f, const framed *s) {
 }
 
 static void add_points(fit *f, const framed *s) {
-    for (int k = 0; k < 9; k++) {
+    for (int k = 0; k < 9; k += 2) { /* the corners and the middle */
         btg_vec3 p = corner_of(s, k % 3 - 1, k / 3 - 1);
         p.z += second_order(s, k % 3 - 1, k / 3 - 1);
         add_point(f, p);
