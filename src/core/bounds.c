@@ -14,6 +14,8 @@
 /* Cells below this part of the tool's radius are worth their Taylor polynomial: the third-order
  * error of larger ones outweighs what it wins. */
 #define SECOND_ORDER_BELOW 0.08
+/* Steps to the nearest place of a triangle: each doubles the digits. */
+#define TRIANGLE_STEPS 4
 
 /* How far the region reaches from a point along unit n. */
 static double reach_from(const btg_region *region, btg_vec3 point, btg_vec3 n) {
@@ -72,42 +74,86 @@ static double least_place(double g, double h) {
     return g > 0 ? -1 : (g < 0 ? 1 : 0);
 }
 
-/* Where on the cell's plane figure the tool is nearest, by one Newton step from its centre: with
- * the tangent plane there, all that is left of the bound's error is the figure's own. */
-static btg_vec3 nearest_on_figure(const btg_region *region, const btg_ray_distance *d) {
-    const btg_cell *cell = &region->cell;
-    double ga = vec_dot(d->normal, cell->a), gb = vec_dot(d->normal, cell->b);
+/* g p + 1/2 p H p on a plane figure, p = (s, t) from its centre. */
+typedef struct figure_form {
+    double ga, gb, haa, hab, hbb;
+} figure_form;
+
+typedef struct figure_place {
+    double s, t;
+} figure_place;
+
+static double form_at(const figure_form *f, double s, double t) {
+    return (f->ga + 0.5 * f->haa * s + f->hab * t) * s + (f->gb + 0.5 * f->hbb * t) * t;
+}
+
+/* The distance to second order about a place on the figure, its meridian's and ring's bends never
+ * hollow. */
+static figure_form form_about(const btg_cell *cell, const btg_ray_distance *d, figure_place at) {
     double ra = vec_dot(d->ring_tangent, cell->a), rb = vec_dot(d->ring_tangent, cell->b);
     double ma = vec_dot(d->meridian_tangent, cell->a), mb = vec_dot(d->meridian_tangent, cell->b);
     double kr = d->ring_curvature > 0 ? d->ring_curvature : 0, km = d->meridian_curvature;
-    double haa = kr * ra * ra + km * ma * ma, hab = kr * ra * rb + km * ma * mb;
-    double hbb = kr * rb * rb + km * mb * mb;
-    double det = haa * hbb - hab * hab, s = 0, t = 0;
-    if (det > 1e-12 * haa * hbb) {
-        s = (hab * gb - hbb * ga) / det;
-        t = (hab * ga - haa * gb) / det;
-    } else {
-        s = least_place(ga, haa);
-        t = least_place(gb + hab * s, hbb);
+    figure_form f = {vec_dot(d->normal, cell->a), vec_dot(d->normal, cell->b),
+                     kr * ra * ra + km * ma * ma, kr * ra * rb + km * ma * mb,
+                     kr * rb * rb + km * mb * mb};
+    f.ga -= f.haa * at.s + f.hab * at.t;
+    f.gb -= f.hab * at.s + f.hbb * at.t;
+    return f;
+}
+
+static bool whole_least(const figure_form *f, figure_place *at) {
+    double det = f->haa * f->hbb - f->hab * f->hab;
+    if (!(det > 1e-12 * f->haa * f->hbb)) return false;
+    at->s = (f->hab * f->gb - f->hbb * f->ga) / det;
+    at->t = (f->hab * f->ga - f->haa * f->gb) / det;
+    return true;
+}
+
+/* Where the form is least on the square |s|, |t| <= 1, or near that. */
+static figure_place least_in_piece(const figure_form *f) {
+    figure_place p;
+    if (!whole_least(f, &p)) {
+        p.s = least_place(f->ga, f->haa);
+        p.t = least_place(f->gb + f->hab * p.s, f->hbb);
     }
-    if (cell->triangle) { /* a and b start at a corner */
-        s = min2(max2(s, -1.0 / 3), 2.0 / 3);
-        t = min2(max2(t, -1.0 / 3), 2.0 / 3);
-        double over = s + t - 1.0 / 3;
-        if (over > 0) {
-            s -= 0.5 * over;
-            t -= 0.5 * over;
-        }
-    } else {
-        if (fabs(s) > 1) {
-            s = s > 0 ? 1 : -1;
-            t = least_place(gb + hab * s, hbb);
-        } else if (fabs(t) > 1) {
-            t = t > 0 ? 1 : -1;
-            s = least_place(ga + hab * t, haa);
-        }
+    if (fabs(p.s) > 1) {
+        p.s = p.s > 0 ? 1 : -1;
+        p.t = least_place(f->gb + f->hab * p.s, f->hbb);
+    } else if (fabs(p.t) > 1) {
+        p.t = p.t > 0 ? 1 : -1;
+        p.s = least_place(f->ga + f->hab * p.t, f->haa);
     }
-    return vec_mad(vec_mad(cell->centre, cell->a, s), cell->b, t);
+    return p;
+}
+
+/* The least of g x + h x^2 / 2 over -1/3 <= x <= 2/3. */
+static double least_on_edge(double g, double h) {
+    const double low = -1.0 / 3, high = 2.0 / 3;
+    if (h > 0) return min2(max2(-g / h, low), high);
+    return g > 0 ? low : high;
+}
+
+/* On the triangle s, t >= -1/3, s + t <= 1/3: inside, or on one of three edges. */
+static figure_place least_in_triangle(const figure_form *f) {
+    const double third = 1.0 / 3;
+    figure_place p, best = {0, 0};
+    if (whole_least(f, &p) && p.s >= -third && p.t >= -third && p.s + p.t <= third) return p;
+    double least = INFINITY;
+    for (int edge = 0; edge < 3; edge++) {
+        if (edge == 0)
+            p = (figure_place){-third, least_on_edge(f->gb - third * f->hab, f->hbb)};
+        else if (edge == 1)
+            p = (figure_place){least_on_edge(f->ga - third * f->hab, f->haa), -third};
+        else
+            p.s = least_on_edge(f->ga - f->gb + third * (f->hab - f->hbb),
+                                f->haa - 2 * f->hab + f->hbb);
+        if (edge == 2) p.t = third - p.s;
+        double value = form_at(f, p.s, p.t);
+        if (value >= least) continue;
+        least = value;
+        best = p;
+    }
+    return best;
 }
 
 /* The plane of the cell itself: its normal from the tool outward, and its distance from all of the
@@ -146,10 +192,20 @@ static bool clear_as_placed(btg_search *search, const btg_region *region, uint32
         return own_plane(search, region, e, &d, &n, &plane) &&
                plane - btg_cell_reach(&region->cell, vec_scale(n, -1)) >= -search->tolerance;
     }
-    btg_vec3 nearest = nearest_on_figure(region, &d);
-    btg_ray_distance near = btg_ray_tool_distance(e, search->at, nearest);
-    low = bound_by_plane(search, region, e, &near, nearest);
-    if (low >= -search->tolerance) return true;
+    /* Newton's way to the place where the tool is nearest: the tangent plane there leaves nothing
+     * of the bound's error but the figure's own. */
+    btg_ray_distance near = d;
+    figure_place at = {0, 0};
+    for (int step = region->cell.triangle ? TRIANGLE_STEPS : 1; step > 0; step--) {
+        figure_form f = form_about(&region->cell, &near, at);
+        at = region->cell.triangle ? least_in_triangle(&f) : least_in_piece(&f);
+        btg_vec3 nearest =
+            vec_mad(vec_mad(region->cell.centre, region->cell.a, at.s), region->cell.b, at.t);
+        near = btg_ray_tool_distance(e, search->at, nearest);
+        low = bound_by_plane(search, region, e, &near, nearest);
+        if (low >= -search->tolerance) return true;
+        if (near.distance < -search->tolerance) return false;
+    }
     return region->cell.item != BTG_CELL_MANY &&
            region->radius < SECOND_ORDER_BELOW * (e->ring_radius_mm + e->corner_radius_mm) &&
            near.distance >= -region->cell.bend && btg_cell_clear_to_second_order(search, region, e);
