@@ -7,6 +7,7 @@ static const char general[] =
     "bitangent: two-contact, gouge-free positions of a milling cutter on freeform parts\n"
     "\n"
     "  bitangent path PART [-o FILE]...   tool path over PART\n"
+    "  bitangent verify PART PATH         what PATH leaves of a stock, against PART\n"
     "  bitangent bench [PART]...          how fast it is, on this machine\n"
     "  bitangent info [--json]            version and back ends\n"
     "  bitangent help [COMMAND]           this text, or that of a command\n"
@@ -66,6 +67,28 @@ static const char path[] =
     "The .cl and .ngc files retract between passes (not in a zigzag) and where the tool touches "
     "nothing.\n";
 
+static const char verify[] =
+    "bitangent verify PART PATH\n"
+    "\n"
+    "Cuts PATH (.csv as 'bitangent path' writes it, or .cl, APT) into a stock, with the tool as "
+    "it\n"
+    "moves between the positions, and compares what is left with PART, a glTF file. Exit status 1\n"
+    "when a limit is broken or the path's numbers skip a position.\n"
+    "\n"
+    "  --max-gouge MM          fail when any cell is cut deeper into the part\n"
+    "  --max-scallop MM        fail when more is left on any cell\n"
+    "  --grid MM               side of the field's cells, default 0.1 (more on large parts)\n"
+    "  --sweep-error MM        error allowed in the shape of the swept tool, default 0.001\n"
+    "  --stock MM              top of the block over the part's highest point, default 5\n"
+    "  --links pass|all        .csv: the tool moves within a pass (default), or from pass to\n"
+    "                          pass too, as in a zigzag\n"
+    "  -o, --output FILE       .csv (every cell), .png or .glb; repeat for more\n"
+    "  --tool RO,RI[,PROFILE]  default 6.7,6,toroidal, or as the .cl file's CUTTER/ says\n"
+    "  --shank R,FROM,TO, --holder R,FROM,TO\n"
+    "                          are checked for collision, at the positions and between them\n"
+    "  --threads N, --gltf-unit m|mm, --up y|z, --use-mesh, --json, --quiet\n"
+    "                          as in 'bitangent help path'\n";
+
 static const char bench[] =
     "bitangent bench [PART]...\n"
     "\n"
@@ -100,13 +123,15 @@ int app_help(const char *topic) {
     btg_message message;
     if (topic && strcmp(topic, "path") == 0) {
         text = path;
+    } else if (topic && strcmp(topic, "verify") == 0) {
+        text = verify;
     } else if (topic && strcmp(topic, "bench") == 0) {
         text = bench;
     } else if (topic && strcmp(topic, "info") == 0) {
         text = info;
     } else if (topic && strcmp(topic, "help") != 0) {
-        return app_complain(APP_UNUSABLE, "no help on '%.200s'; there is path, bench and info",
-                            topic);
+        return app_complain(APP_UNUSABLE,
+                            "no help on '%.200s'; there is path, verify, bench and info", topic);
     }
     btg_output out = btg_output_borrow(stdout);
     btg_output_text(&out, text);

@@ -16,17 +16,18 @@ static int version(void) {
 }
 
 static bool is_later_command(const char *word) {
-    return is(word, "verify") || is(word, "plan") || is(word, "view");
+    return is(word, "plan") || is(word, "view");
 }
 
 int main(int count, char **words) {
     btg_output_guard();
     if (count < 2) {
         return app_complain(APP_UNUSABLE,
-                            "no command; give path, bench or info, see 'bitangent help'");
+                            "no command; give path, verify, bench or info, see 'bitangent help'");
     }
     const char *command = words[1];
     if (is(command, "path")) return app_path(count - 2, words + 2);
+    if (is(command, "verify")) return app_verify(count - 2, words + 2);
     if (is(command, "bench")) return app_bench(count - 2, words + 2);
     if (is(command, "info")) return app_info(count - 2, words + 2);
     if (is(command, "help") || is(command, "--help") || is(command, "-h")) {

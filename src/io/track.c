@@ -1,0 +1,338 @@
+#include "io/track.h"
+#include "core/part.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#define BYTE_ORDER_MARK "\xef\xbb\xbf"
+#define COLUMNS_MAX     64
+#define AXIS_LENGTH_MIN 1e-6
+#define MM_PER_INCH     25.4
+/* A cutter's diameter and its two radii, as APT gives them, agree this well. */
+#define CUTTER_AGREES 1e-4
+
+static const char *const csv_column[9] = {"pass",  "point",  "status", "tip_x", "tip_y",
+                                          "tip_z", "axis_x", "axis_y", "axis_z"};
+
+static btg_status fail(const btg_track *t, btg_message *message, const char *reason) {
+    return btg_fail(message, BTG_ERROR_FORMAT, "%.256s:%llu: %s", t->path,
+                    (unsigned long long)t->line, reason);
+}
+
+static btg_status fail_file(const btg_track *t, int error, btg_message *message) {
+    return btg_fail(message, BTG_ERROR_FILE, "%.256s: cannot read: %s; give a readable tool path",
+                    t->path, strerror(error));
+}
+
+/* One line without its end, at `used` of the text. */
+static btg_status get_line(btg_track *t, size_t used, size_t *size, bool *ended,
+                           btg_message *message) {
+    t->line++;
+    errno = 0;
+    char *line = t->text + used;
+    size_t room = sizeof t->text - used;
+    memset(line, 1, room);
+    if (!fgets(line, (int)room, t->file)) {
+        if (ferror(t->file)) return fail_file(t, errno ? errno : EIO, message);
+        line[0] = '\0';
+        *size = used;
+        *ended = true;
+        return BTG_OK;
+    }
+    /* fgets ends what it read with a zero; one before that was in the file. */
+    size_t n = strlen(line);
+    bool whole = n > 0 && line[n - 1] == '\n';
+    if (!whole && !feof(t->file))
+        return fail(t, message,
+                    n + 1 < room ? "a zero byte; give a tool path as text"
+                                 : "the line is longer than 4000 characters; give a tool path");
+    while (n > 0 && (line[n - 1] == '\n' || line[n - 1] == '\r'))
+        line[--n] = '\0';
+    *size = used + n;
+    *ended = false;
+    return BTG_OK;
+}
+
+/* The whole of text[0 .. size - 1] as a decimal number; NaN counts where `nan` is true. */
+static bool number(const char *text, size_t size, bool nan, double *value) {
+    char copy[64], *end;
+    while (size > 0 && isspace((unsigned char)*text))
+        text++, size--;
+    while (size > 0 && isspace((unsigned char)text[size - 1]))
+        size--;
+    if (size == 0 || size >= sizeof copy) return false;
+    memcpy(copy, text, size);
+    copy[size] = '\0';
+    if (nan && strcasecmp(copy, "nan") == 0) {
+        *value = NAN;
+        return true;
+    }
+    if (strspn(copy, "+-.0123456789eE") != size) return false;
+    *value = strtod(copy, &end);
+    return end == copy + size && isfinite(*value);
+}
+
+static btg_status place(const btg_track *t, btg_vec3 tip, btg_vec3 axis, btg_verify_pose *pose,
+                        btg_message *message) {
+    double length = vec_norm(axis);
+    if (!(fabs(tip.x) <= BTG_LENGTH_MAX && fabs(tip.y) <= BTG_LENGTH_MAX &&
+          fabs(tip.z) <= BTG_LENGTH_MAX))
+        return fail(t, message, "the tip is more than 1e6 mm away; give millimetres");
+    if (!(length >= AXIS_LENGTH_MIN))
+        return fail(t, message, "the tool axis has no length; give its direction, tip to holder");
+    pose->tip = tip;
+    pose->axis = vec_scale(axis, 1 / length);
+    pose->line = t->line;
+    if (pose->axis.z < 1e-3)
+        return fail(t, message, "the tool axis does not point up; only cuts from +z are verified");
+    return BTG_OK;
+}
+
+/* ---- CSV ---------------------------------------------------------------------------------- */
+
+static btg_status csv_header(btg_track *t, btg_message *message) {
+    size_t size;
+    bool ended;
+    btg_status status = get_line(t, 0, &size, &ended, message);
+    if (status < 0) return status;
+    for (int i = 0; i < 9; i++)
+        t->column[i] = -1;
+    const char *s = t->text;
+    if (strncmp(s, BYTE_ORDER_MARK, 3) == 0) s += 3;
+    for (t->columns = 0; t->columns < COLUMNS_MAX; t->columns++) {
+        size_t n = strcspn(s, ",");
+        for (int i = 0; i < 9; i++)
+            if (strlen(csv_column[i]) == n && strncmp(s, csv_column[i], n) == 0)
+                t->column[i] = t->columns;
+        if (s[n] == '\0') break;
+        s += n + 1;
+    }
+    t->columns++;
+    for (int i = 3; i < 9; i++)
+        if (t->column[i] < 0)
+            return fail(t, message,
+                        "no columns tip_x ... axis_z in the first line; give a path written by "
+                        "'bitangent path -o path.csv'");
+    return BTG_OK;
+}
+
+/* Counts the points left out since the row before: numbers that skip. */
+static void check_numbers(btg_track *t, uint32_t pass, uint32_t point) {
+    uint64_t skipped = 0;
+    if (!t->numbered || pass != t->last_pass)
+        skipped = point;
+    else if (point > t->last_point + 1)
+        skipped = point - t->last_point - 1;
+    if (t->numbered && pass > t->last_pass + 1) skipped++;
+    if (!t->numbered && pass > 0) skipped++;
+    if (skipped > 0 && t->missing == 0) {
+        t->missing_pass = pass;
+        t->missing_point = point;
+    }
+    t->missing += skipped;
+    t->numbered = true;
+    t->last_pass = pass;
+    t->last_point = point;
+}
+
+static btg_status csv_row(btg_track *t, btg_verify_pose *pose, bool *contact,
+                          btg_message *message) {
+    double v[9] = {0};
+    const char *s = t->text;
+    int column = 0;
+    for (;; column++) {
+        size_t n = strcspn(s, ",");
+        for (int i = 0; i < 9; i++) {
+            if (t->column[i] != column || i == 2) continue;
+            if (!number(s, n, true, &v[i]))
+                return fail(t, message, "not a number; give a path as written");
+        }
+        if (s[n] == '\0') break;
+        s += n + 1;
+    }
+    if (column + 1 != t->columns)
+        return fail(t, message, "not as many columns as in the first line; the file is cut short?");
+    if (!(v[0] >= 0 && v[0] <= UINT32_MAX && v[1] >= 0 && v[1] <= UINT32_MAX))
+        return fail(t, message, "pass and point are no counts; give whole numbers from 0");
+    bool same = t->numbered && (uint32_t)v[0] == t->last_pass;
+    if (t->column[0] < 0) same = true;
+    if (t->column[0] >= 0 && t->column[1] >= 0) check_numbers(t, (uint32_t)v[0], (uint32_t)v[1]);
+    *contact = !isnan(v[3]);
+    if (!*contact) {
+        t->linked = false;
+        return BTG_OK;
+    }
+    pose->pass = (uint32_t)v[0];
+    pose->point = (uint32_t)v[1];
+    pose->link = t->linked && (same || t->link_all);
+    t->linked = true;
+    return place(t, vec(v[3], v[4], v[5]), vec(v[6], v[7], v[8]), pose, message);
+}
+
+static btg_status csv_next(btg_track *t, btg_verify_pose *pose, bool *ended, btg_message *message) {
+    for (bool contact = false; !contact;) {
+        size_t size;
+        btg_status status = get_line(t, 0, &size, ended, message);
+        if (status < 0 || *ended) return status;
+        if (size == 0) continue;
+        status = csv_row(t, pose, &contact, message);
+        if (status < 0) return status;
+    }
+    return BTG_OK;
+}
+
+/* ---- APT ---------------------------------------------------------------------------------- */
+
+/* The next record: lines that end in $ go on, $$ begins a remark. */
+static btg_status apt_record(btg_track *t, bool *ended, btg_message *message) {
+    size_t size = 0, used = 0;
+    bool more = true;
+    while (more) {
+        bool end;
+        btg_status status = get_line(t, used, &size, &end, message);
+        if (status < 0) return status;
+        if (end) {
+            *ended = used == 0;
+            return used == 0 ? BTG_OK
+                             : fail(t, message, "the file ends within a record; it is cut short");
+        }
+        char *remark = strstr(t->text + used, "$$");
+        if (remark) *remark = '\0';
+        size = strlen(t->text);
+        while (size > used && isspace((unsigned char)t->text[size - 1]))
+            t->text[--size] = '\0';
+        more = size > used && t->text[size - 1] == '$';
+        if (more) t->text[--size] = '\0';
+        used = size;
+    }
+    *ended = false;
+    return BTG_OK;
+}
+
+static bool begins(const char *text, const char *word, const char **rest) {
+    text += strspn(text, " \t");
+    size_t n = strlen(word);
+    if (strncasecmp(text, word, n) != 0 || isalnum((unsigned char)text[n])) return false;
+    text += n;
+    *rest = text + strspn(text, " \t");
+    return true;
+}
+
+/* Numbers after the slash; -1: something else is there too. */
+static int values(const char *rest, double *value, int most) {
+    if (*rest != '/') return -1;
+    rest++;
+    for (int n = 0; n < most;) {
+        size_t size = strcspn(rest, ",");
+        if (!number(rest, size, false, &value[n])) return -1;
+        n++;
+        if (rest[size] == '\0') return n;
+        rest += size + 1;
+    }
+    return -1;
+}
+
+static btg_status apt_cutter(btg_track *t, const char *rest, btg_message *message) {
+    double v[7] = {0};
+    int n = values(rest, v, 7);
+    if (n < 2) return fail(t, message, "CUTTER/ without diameter and corner radius; give both");
+    t->minor_radius_mm = t->scale * v[1];
+    t->major_radius_mm = t->scale * (0.5 * v[0] - v[1]);
+    if (fabs(t->major_radius_mm) < CUTTER_AGREES) t->major_radius_mm = 0;
+    if (!(t->major_radius_mm >= 0 && t->minor_radius_mm >= 0) ||
+        (n >= 3 && fabs(t->scale * v[2] - t->major_radius_mm) > CUTTER_AGREES))
+        return fail(t, message, "CUTTER/ is no ball, flat or corner-radius cutter; give --tool");
+    t->cutter = true;
+    return BTG_OK;
+}
+
+static btg_status apt_goto(btg_track *t, const char *rest, btg_verify_pose *pose,
+                           btg_message *message) {
+    double v[6] = {0, 0, 0, 0, 0, 1};
+    int n = values(rest, v, 6);
+    if (n != 3 && n != 6)
+        return fail(t, message, "GOTO/ takes x, y, z and the axis i, j, k; give 3 or 6 numbers");
+    pose->pass = 0;
+    pose->point = t->last_point++;
+    pose->link = t->linked;
+    t->linked = true;
+    return place(t, vec_scale(vec(v[0], v[1], v[2]), t->scale), vec(v[3], v[4], v[5]), pose,
+                 message);
+}
+
+static btg_status apt_next(btg_track *t, btg_verify_pose *pose, bool *ended, btg_message *message) {
+    static const char *const motions[] = {"GODLTA", "CIRCLE", "CYCLE",
+                                          "MOVARC", "GOHOME", "GOBACK"};
+    for (;;) {
+        const char *rest;
+        *ended = t->ended;
+        if (t->ended) return BTG_OK;
+        btg_status status = apt_record(t, ended, message);
+        if (status < 0 || *ended) return status;
+        if (begins(t->text, "GOTO", &rest)) return apt_goto(t, rest, pose, message);
+        if (begins(t->text, "FINI", &rest)) t->ended = true;
+        if (begins(t->text, "UNITS", &rest)) t->scale = strstr(rest, "INCH") ? MM_PER_INCH : 1;
+        if (begins(t->text, "CUTTER", &rest)) status = apt_cutter(t, rest, message);
+        for (size_t i = 0; i < sizeof motions / sizeof *motions && status == BTG_OK; i++)
+            if (begins(t->text, motions[i], &rest))
+                status =
+                    fail(t, message, "a motion other than GOTO/; write the path as GOTO/ alone");
+        if (status < 0) return status;
+    }
+}
+
+/* ---- both --------------------------------------------------------------------------------- */
+
+static bool kind_of(const char *path, btg_track_kind *kind) {
+    const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.');
+    if (!dot) return false;
+    *kind = strcasecmp(dot, ".csv") == 0 ? BTG_TRACK_CSV : BTG_TRACK_APT;
+    return *kind == BTG_TRACK_CSV || strcasecmp(dot, ".cl") == 0 || strcasecmp(dot, ".apt") == 0;
+}
+
+static btg_status start(btg_track *t, btg_message *message) {
+    bool ended = false;
+    btg_status status = BTG_OK;
+    if (t->kind == BTG_TRACK_CSV) status = csv_header(t, message);
+    if (status == BTG_OK)
+        status = t->kind == BTG_TRACK_CSV ? csv_next(t, &t->ahead, &ended, message)
+                                          : apt_next(t, &t->ahead, &ended, message);
+    if (status < 0) return status;
+    if (ended)
+        return btg_fail(message, BTG_ERROR_FORMAT,
+                        "%.256s: no position with contact; give a tool path", t->path);
+    t->has_ahead = true;
+    return BTG_OK;
+}
+
+btg_status btg_track_open(btg_track *track, const char *path, btg_message *message) {
+    bool link_all = track->link_all;
+    *track = (btg_track){.path = path, .scale = 1, .link_all = link_all};
+    if (!kind_of(path, &track->kind))
+        return btg_fail(message, BTG_ERROR_FORMAT,
+                        "%.256s: unknown kind of path; give .csv or .cl (APT)", path);
+    track->file = fopen(path, "r");
+    if (!track->file) return fail_file(track, errno, message);
+    btg_status status = start(track, message);
+    if (status < 0) btg_track_close(track);
+    return status;
+}
+
+btg_status btg_track_next(btg_track *t, btg_verify_pose *pose, bool *ended, btg_message *message) {
+    *ended = false;
+    if (t->has_ahead) {
+        t->has_ahead = false;
+        *pose = t->ahead;
+        return BTG_OK;
+    }
+    return t->kind == BTG_TRACK_CSV ? csv_next(t, pose, ended, message)
+                                    : apt_next(t, pose, ended, message);
+}
+
+void btg_track_close(btg_track *track) {
+    if (track->file) fclose(track->file);
+    track->file = NULL;
+}
