@@ -44,6 +44,11 @@ typedef struct btg_cutter {
  * that centre, to 1e-10 of its size. False: never. axis.z > 0. */
 bool btg_cutter_under(const btg_cutter *cutter, btg_vec3 axis, double x, double y, double *z);
 
+/* The same from a height near it, where the line can meet the cutter's lower side but once. False:
+ * not found, search. */
+bool btg_cutter_under_near(const btg_cutter *cutter, btg_vec3 axis, double x, double y, double near,
+                           double *z);
+
 /* ---- field.c ------------------------------------------------------------------------------ */
 
 /* Heights and normals of the part's upper side in the rows of a band. */

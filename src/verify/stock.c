@@ -65,18 +65,22 @@ static void measure(const place *p, bool hollow, const double *restrict z, doubl
     }
 }
 
-static void lower(btg_field *f, const btg_cutter *cutter, const btg_step *step, size_t at, double x,
-                  double y, btg_band *band) {
-    double z;
-    if (!btg_cutter_under(cutter, step->axis, x, y, &z)) return;
-    z += step->centre.z;
-    if (!(z < f->stock_z[at])) return;
+/* Returns the height of the cutter's lower side there, from the torus centre; NaN: none. `near`: a
+ * height to start from, or NaN. */
+static double lower(btg_field *f, const btg_cutter *cutter, const btg_step *step, size_t at,
+                    double x, double y, double near, btg_band *band) {
+    double under;
+    if (isnan(near) || !btg_cutter_under_near(cutter, step->axis, x, y, near, &under))
+        if (!btg_cutter_under(cutter, step->axis, x, y, &under)) return NAN;
+    double z = under + step->centre.z;
+    if (!(z < f->stock_z[at])) return under;
     f->stock_z[at] = z;
     double gouge = (f->part_z[at] - z) * (double)f->normal_z[at];
-    if (!(gouge > band->gouge)) return;
+    if (!(gouge > band->gouge)) return under;
     band->gouge = gouge;
     band->place = step->place;
     band->place.at = vec(step->centre.x + x, step->centre.y + y, f->part_z[at]);
+    return under;
 }
 
 static void cut_row(btg_field *f, const btg_cutter *cutter, const btg_step *step, uint32_t row,
@@ -101,8 +105,17 @@ static void cut_row(btg_field *f, const btg_cutter *cutter, const btg_step *step
             measure(&p, true, f->stock_z + at, x, f->cell, count, room);
         else
             measure(&p, false, f->stock_z + at, x, f->cell, count, room);
-        for (int k = 0; k < count; k++)
-            if (room[k] > 0) lower(f, cutter, step, at + (size_t)k, x + k * f->cell, y, band);
+        double last[2] = {NAN, NAN};
+        for (int k = 0; k < count; k++) {
+            double under = NAN;
+            /* The next height, from the last two. */
+            double near = 2 * last[0] - last[1];
+            if (p.doubt > 0) near = NAN;
+            if (room[k] > 0)
+                under = lower(f, cutter, step, at + (size_t)k, x + k * f->cell, y, near, band);
+            last[1] = last[0];
+            last[0] = under;
+        }
     }
 }
 

@@ -10,6 +10,10 @@
 #define ROUNDS_MAX 200
 /* Of a root, as part of the cutter's size: some 100 roundings. */
 #define ROOT_PART 2e-14
+/* From a neighbour's height: so steep that Newton's method cannot leave the lower side. */
+#define NEAR_SLOPE  (-0.2)
+#define NEAR_ROUNDS 5
+#define NEAR_ENOUGH 1e-6
 
 typedef struct line {
     const btg_cutter *cutter;
@@ -65,16 +69,38 @@ static bool on_flat(const line *l, double z) {
     return r2 <= reach * reach;
 }
 
+static line line_at(const btg_cutter *cutter, btg_vec3 axis, double x, double y) {
+    return (line){.cutter = cutter,
+                  .size = cutter->major + cutter->minor,
+                  .along = axis.x * x + axis.y * y,
+                  .rise = axis.z,
+                  .flat2 = x * x + y * y,
+                  .hollow = cutter->hollow};
+}
+
+bool btg_cutter_under_near(const btg_cutter *cutter, btg_vec3 axis, double x, double y, double near,
+                           double *out) {
+    line l = line_at(cutter, axis, x, y);
+    double z = near, slope;
+    for (int i = 0; i < NEAR_ROUNDS; i++) {
+        double f = distance(&l, z, &slope);
+        if (!(slope < NEAR_SLOPE)) return false;
+        z -= f / slope;
+        /* What Newton's method left before this step was f / slope: it now leaves its square over
+         * the least radius that F bends with. */
+        if (fabs(f) < NEAR_ENOUGH * cutter->minor) {
+            *out = z;
+            return true;
+        }
+    }
+    return false;
+}
+
 bool btg_cutter_under(const btg_cutter *cutter, btg_vec3 axis, double x, double y, double *out) {
-    line l = {.cutter = cutter,
-              .size = cutter->major + cutter->minor,
-              .along = axis.x * x + axis.y * y,
-              .rise = axis.z,
-              .flat2 = x * x + y * y,
-              .hollow = cutter->hollow};
+    line l = line_at(cutter, axis, x, y);
     if (l.flat2 > l.size * l.size) return false;
     /* Nothing of the cutter is below h = -Ri, nor above h = Ri. */
-    double z = (-cutter->minor - l.along) / l.rise, slope;
+    double z = (-cutter->minor - l.along) / l.rise, slope, slope_next;
     double end = (cutter->minor - l.along) / l.rise;
     double least = -cutter->minor - cutter->major * norm2(axis.x, axis.y);
     double small = ROOT_PART * l.size;
@@ -83,15 +109,15 @@ bool btg_cutter_under(const btg_cutter *cutter, btg_vec3 axis, double x, double 
         return true;
     }
     z = max2(z, least);
+    double f = distance(&l, z, &slope);
     for (int i = 0; i < ROUNDS_MAX && z <= end + small; i++) {
-        double f = distance(&l, z, &slope);
         if (f <= small) {
             *out = z;
             return true;
         }
-        double safe = z + f, next = slope < 0 ? z - f / slope : safe, slope_next;
         if (slope >= 0 && !l.hollow) return false;
-        if (next > end) next = max2(safe, min2(end, next));
+        double safe = z + f, next = slope < 0 ? z - f / slope : safe;
+        if (next > end) next = max2(safe, end);
         double f_next = distance(&l, next, &slope_next);
         if (f_next < 0) {
             *out = bisect(&l, z, next);
@@ -104,7 +130,9 @@ bool btg_cutter_under(const btg_cutter *cutter, btg_vec3 axis, double x, double 
                 return true;
             }
         }
-        z = max2(next, safe);
+        z = next;
+        f = f_next;
+        slope = slope_next;
     }
     return false;
 }
