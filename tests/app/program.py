@@ -185,7 +185,7 @@ class Commands(Case):
         self.bad(2, "paht", say="unknown command")
         self.bad(2, "help", "nothing", say="no help")
         self.bad(2, "info", "--jsom", say="--jsom")
-        for later in ("verify", "plan", "view"):
+        for later in ("plan", "view"):
             self.bad(2, later, "x", say="not in this version")
 
 

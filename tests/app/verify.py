@@ -1,0 +1,237 @@
+"""`bitangent verify` from outside: sound paths pass, broken ones are caught where they are broken,
+bad input is refused, and long paths need no more memory.
+
+    python3 verify.py PATH_OF_BITANGENT [unittest's own options]
+"""
+
+import csv
+import json
+import math
+import os
+import struct
+import subprocess
+import sys
+import unittest
+
+import program
+
+LIMITS = ("--max-gouge", "0.02", "--max-scallop", "0.2")
+STEPS = ("--side-step", "2.5", "--forward-step", "1.5")
+
+
+class Verify(program.Case):
+    def setUp(self):
+        super().setUp()
+        self.path_csv, self.path_cl = self.at("path.csv"), self.at("path.cl")
+        self.good("path", self.part, "--tool", "4,3", *STEPS, "--quiet", "-o", self.path_csv,
+                  "-o", self.path_cl)
+
+    def verify(self, path, *words, code=0, tool=("--tool", "4,3")):
+        done = self.run_program("verify", self.part, path, "--grid", "0.25", "--json", *tool, *words)
+        self.assertEqual((done.returncode, done.stderr), (code, b""), done.stdout)
+        return json.loads(done.stdout)
+
+    def changed(self, change):
+        """The path with a change made to its rows (dictionaries), as a file."""
+        rows = program.rows_of(self.path_csv)
+        rows = change(rows) or rows
+        name = self.at("broken.csv")
+        with open(name, "w", newline="") as f:
+            writer = csv.DictWriter(f, rows[0].keys(), lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(rows)
+        return name
+
+    # ---- sound paths
+
+    def test_sound(self):
+        v = self.verify(self.path_csv, *LIMITS)
+        self.assertIs(v["ok"], True)
+        rows = program.rows_of(self.path_csv)
+        self.assertEqual(v["positions"], len(rows))
+        self.assertGreater(v["steps"], v["positions"])
+        self.assertLessEqual(v["max_gouge_mm"], 0.02)
+        self.assertLessEqual(v["max_gouge_mm"], v["motion_bound_mm"])
+        self.assertLessEqual(v["position_bound_mm"], 0.0012)
+        self.assertEqual(v["uncut_area_mm2"], 0)
+        self.assertEqual(v["part_cells"], 240 * 240)
+        p = v["scallop_percentiles_mm"]
+        self.assertTrue(0 <= p["p50"] <= p["p90"] <= p["p99"] <= p["p99.9"] <= v["max_scallop_mm"])
+        table = self.good("verify", self.part, self.path_csv, "--tool", "4,3", "--grid", "0.25")
+        for word in ("greatest gouge", "most left", "strip width", "removed", "ok in"):
+            self.assertIn(word, table)
+        self.assertEqual(
+            self.good("verify", self.part, self.path_csv, "--tool=4,3", "--grid=1", "--quiet"), "")
+
+    def test_apt(self):
+        """The same path from APT, with the tool it names, retracts and rounding included."""
+        a = self.verify(self.path_csv)
+        b = self.verify(self.path_cl, *LIMITS, tool=())
+        self.assertGreater(b["positions"], a["positions"])
+        self.assertAlmostEqual(a["max_gouge_mm"], b["max_gouge_mm"], delta=1e-5)
+        self.assertAlmostEqual(a["max_scallop_mm"], b["max_scallop_mm"], delta=1e-4)
+        self.assertAlmostEqual(a["removed_mm3"], b["removed_mm3"], delta=0.05)
+
+    def test_threads(self):
+        a, b = (self.verify(self.path_csv, "--threads", n) for n in "13")
+        for v in (a, b):
+            v.pop("seconds"), v.pop("threads")
+        self.assertEqual(a, b)
+
+    # ---- broken paths
+
+    def test_lowered(self):
+        def lower(rows):
+            rows[200]["tip_z"] = str(float(rows[200]["tip_z"]) - 0.05)
+
+        v = self.verify(self.changed(lower), *LIMITS, code=1)
+        self.assertIs(v["ok"], False)
+        at = v["max_gouge_at"]
+        self.assertEqual((at["position"], at["line"]), (201, 202))
+        self.assertTrue(0.04 < v["max_gouge_mm"] < 0.051, v["max_gouge_mm"])
+        self.assertTrue(0.05 <= v["position_bound_mm"] + 0.001)
+        row = program.rows_of(self.path_csv)[200]
+        touched = [math.dist((at["x"], at["y"], at["z"]), [float(row[c + k]) for k in "xyz"])
+                   for c in ("p_", "q_") if row[c + "x"] != "nan"]
+        self.assertLess(min(touched), 1.0)
+
+    def test_turned(self):
+        def turn(rows):
+            for k, a in zip("xyz", (math.sin(0.5), 0, math.cos(0.5))):
+                rows[150]["axis_" + k] = str(a)
+
+        v = self.verify(self.changed(turn), *LIMITS, code=1)
+        self.assertEqual(v["max_gouge_at"]["position"], 151)
+        self.assertEqual(v["bound_at"]["position"], 151)
+        self.assertGreater(v["position_bound_mm"], 0.1)
+
+    def test_deleted(self):
+        def delete(rows):
+            return rows[:100] + rows[101:]
+
+        row = program.rows_of(self.path_csv)[101]
+        v = self.verify(self.changed(delete), code=1)
+        self.assertEqual(v["missing"], 1)
+        self.assertEqual(v["missing_before"], {"pass": int(row["pass"]), "point": int(row["point"])})
+        self.assertIs(v["ok"], False)
+        self.assertIn("MISSING", self.run_program("verify", self.part, self.at("broken.csv"),
+                                                  "--tool", "4,3", "--grid", "1").stdout.decode())
+
+    def test_deleted_from_apt(self):
+        """Without numbers: what a pass that ends too soon leaves breaks the limit, there."""
+        with open(self.path_cl) as f:
+            text = f.read()
+        head, *moves = text.split("GOTO/")
+        for k in range(500, 520):
+            moves[k] = None
+        broken = self.write("broken.cl", "GOTO/".join([head] + [m for m in moves if m]))
+        self.verify(self.path_cl, *LIMITS, tool=())
+        v = self.verify(broken, *LIMITS, tool=(), code=1)
+        self.assertTrue(v["max_scallop_mm"] > 0.2 or v["max_gouge_mm"] > 0.02)
+
+    def test_pass_deleted(self):
+        v = self.verify(self.changed(lambda rows: [r for r in rows if r["pass"] != "9"]), *LIMITS,
+                        code=1)
+        self.assertEqual(v["missing"], 1)
+        self.assertGreater(v["max_scallop_mm"], 0.2)
+        self.assertAlmostEqual(v["max_scallop_at"]["x"], 22.5, delta=3)
+
+    def test_limits(self):
+        v = self.verify(self.path_csv)
+        for option, key in (("--max-gouge", "max_gouge_mm"), ("--max-scallop", "max_scallop_mm")):
+            self.verify(self.path_csv, option, repr(v[key] * 1.001))
+            self.verify(self.path_csv, option, repr(v[key] * 0.999), code=1)
+
+    def test_holder(self):
+        wide = ("--holder", "40,5,50")
+        v = self.verify(self.path_csv, *wide)
+        self.assertGreater(v["collisions"], 0)
+        self.assertGreater(v["collision_mm"], 0)
+        self.assertIn("position", v["collision_at"])
+
+    # ---- files
+
+    def test_files(self):
+        names = [self.at("map." + e) for e in ("csv", "png", "glb")]
+        v = self.verify(self.path_csv, *[w for n in names for w in ("-o", n)])
+        rows = program.rows_of(names[0])
+        self.assertEqual(len(rows), v["part_cells"])
+        left = [float(r["deviation"]) for r in rows]
+        self.assertAlmostEqual(max(left), v["max_scallop_mm"], delta=1e-8)
+        self.assertAlmostEqual(-min(left), v["max_gouge_mm"], delta=1e-8)
+        with open(names[1], "rb") as f:
+            self.assertEqual(f.read(8), b"\x89PNG\r\n\x1a\n")
+        with open(names[2], "rb") as f:
+            data = f.read()
+        magic, version, size, length, kind = struct.unpack("<4sIII4s", data[:20])
+        self.assertEqual((magic, version, size, kind), (b"glTF", 2, len(data), b"JSON"))
+        model = json.loads(data[20:20 + length])
+        self.assertEqual(model["accessors"][0]["count"], 240 * 240)
+        # It is a part like any other.
+        self.good("path", names[2], "--side-step", "30", "--forward-step", "30")
+
+    def test_refusals(self):
+        def refuse(*words, say):
+            return self.bad(2, "verify", *words, say=say)
+
+        refuse(say="no part")
+        refuse(self.part, say="no path")
+        refuse(self.part, self.path_csv, self.path_csv, say="a third file")
+        refuse(self.part, self.at("none.csv"), say="none.csv: cannot read")
+        refuse(self.at("none.gltf"), self.path_csv, say="none.gltf")
+        refuse(self.part, self.write("path.txt", "x"), say="path.txt: unknown kind")
+        refuse(self.part, self.path_csv, "--grid", "0", say="--grid")
+        refuse(self.part, self.path_csv, "--grid", "0.0002", say="too many")
+        refuse(self.part, self.path_csv, "--max-gouge", "-1", say="--max-gouge")
+        refuse(self.part, self.path_csv, "--max-scallop", "x", say="--max-scallop")
+        refuse(self.part, self.path_csv, "--side-step", "1", say="--side-step")
+        refuse(self.part, self.path_csv, "--links", "some", say="--links")
+        refuse(self.part, self.path_csv, "--machine", "fanuc", say="--machine")
+        refuse(self.part, self.path_csv, "-o", "map.txt", say="map.txt")
+        refuse(self.part, self.path_csv, "-o", self.path_csv, say="is read from")
+        header = program.HEADER + "\n"
+        with open(self.path_csv) as f:
+            row = f.read().split("\n")[1]
+        for text, say in (
+            ("", ":1: "), ("a,b\n1,2\n", ":1: "), (header, "no position"),
+            (header + row[:40], ":2: "), (header + row.replace(",", ";"), ":2: "),
+            (header + "\0" + row, ":2: a zero byte"), (header + "x" * 5000, ":2: the line is longer"),
+            (header + row + "\n" + row.replace("0", "x", 1), ":3: "),
+        ):
+            refuse(self.part, self.write("bad.csv", text), say="bad.csv" + say)
+        for text, say in (
+            ("FINI\n", "no position"), ("GOTO/1,2\n", ":1: GOTO"), ("GOTO/1,2,x\n", ":1: GOTO"),
+            ("GOTO/1,2,3,0,0,0\n", ":1: the tool axis"), ("GOTO/1,2,3,0,0,-1\n", ":1: the tool axis"),
+            ("GOTO/1,2,$\n", "cut short"), ("GOTO/1,2,3\nCYCLE/DRILL,5\n", ":2: a motion"),
+            ("CUTTER/3\nGOTO/1,2,3\n", ":1: CUTTER"), ("GOTO/1e9,2,3\n", ":1: the tip"),
+        ):
+            refuse(self.part, self.write("bad.cl", text), say=say)
+
+    def test_help(self):
+        for words in (["help", "verify"], ["verify", "--help"]):
+            self.assertIn("--max-gouge", self.good(*words))
+
+    # ---- length
+
+    def test_memory(self):
+        """A path thirty times as long takes no more of it."""
+        def peak(count):
+            with open(self.at("long.csv"), "w") as f:
+                f.write("tip_x,tip_y,tip_z,axis_x,axis_y,axis_z\n")
+                for i in range(count):
+                    f.write(f"{30 + 25 * math.cos(i):.6f},{30 + 25 * math.sin(i):.6f},20,0,0,1\n")
+            child = subprocess.Popen(
+                [program.PROGRAM, "verify", self.part, self.at("long.csv"), "--grid", "1",
+                 "--sweep-error", "5", "--quiet", "--threads", "2"], stderr=subprocess.DEVNULL)
+            _, status, usage = os.wait4(child.pid, 0)
+            child.returncode = os.waitstatus_to_exitcode(status)
+            self.assertEqual(child.returncode, 0)
+            return usage.ru_maxrss
+
+        short, long = peak(5000), peak(150000)
+        self.assertLess(long, short * 1.05 + 1024)
+
+
+if __name__ == "__main__":
+    program.PROGRAM = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
