@@ -42,13 +42,13 @@ static btg_status get_line(btg_track *t, size_t used, size_t *size, bool *ended,
         *ended = true;
         return BTG_OK;
     }
-    /* fgets ends what it read with a zero; one before that was in the file. */
+    /* fgets ends what it read with a zero; bytes after the first zero that are not the filling's
+     * mean that it was in the file. */
     size_t n = strlen(line);
-    bool whole = n > 0 && line[n - 1] == '\n';
-    if (!whole && !feof(t->file))
-        return fail(t, message,
-                    n + 1 < room ? "a zero byte; give a tool path as text"
-                                 : "the line is longer than 4000 characters; give a tool path");
+    if (n + 1 < room && line[n + 1] != 1)
+        return fail(t, message, "a zero byte; give a tool path as text");
+    if (n + 1 == room && line[n - 1] != '\n')
+        return fail(t, message, "the line is longer than 4000 characters; give a tool path");
     while (n > 0 && (line[n - 1] == '\n' || line[n - 1] == '\r'))
         line[--n] = '\0';
     *size = used + n;
@@ -119,14 +119,15 @@ static btg_status csv_header(btg_track *t, btg_message *message) {
     return BTG_OK;
 }
 
-/* Counts the points left out since the row before: numbers that skip. */
+/* Counts the points left out since the row before, by numbers that skip; a pass that is not there
+ * counts as one. */
 static void check_numbers(btg_track *t, uint32_t pass, uint32_t point) {
     uint64_t skipped = 0;
     if (!t->numbered || pass != t->last_pass)
         skipped = point;
     else if (point > t->last_point + 1)
         skipped = point - t->last_point - 1;
-    if (t->numbered && pass > t->last_pass + 1) skipped++;
+    if (t->numbered && pass > t->last_pass + 1) skipped += pass - t->last_pass - 1;
     if (!t->numbered && pass > 0) skipped++;
     if (skipped > 0 && t->missing == 0) {
         t->missing_pass = pass;

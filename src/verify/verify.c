@@ -8,7 +8,12 @@
 #define AXIS_Z_MIN     1e-3 /* a tool that lies down has no lower side to speak of */
 #define UNIT_TOLERANCE 1e-6
 #define PROOF_BLOCK    16 /* drops that follow each other on one thread, each from the last */
-#define POSE_ORDERS    8
+/* A search cut short gives a height that is safe, and too high. */
+#define PROOF_NODES     20000
+#define COLLISION_NODES 2000
+/* Shank and holder that touch the part by less do not collide. */
+#define COLLISION_MM 0.01
+#define POSE_ORDERS  8
 
 typedef struct proof {
     double bound, collision;
@@ -181,7 +186,8 @@ static void cut_band(void *job, size_t i, uint32_t thread) {
 static double backing(const btg_verify *v, const btg_tool *tool, const btg_step *step,
                       char *workspace, btg_place *near, int *has_near, double *bound) {
     btg_solver_def solver = btg_solver_def_default();
-    solver.tolerance_mm = v->def.tolerance_mm;
+    solver.tolerance_mm = tool->element_count > 1 ? COLLISION_MM : v->def.tolerance_mm;
+    solver.node_budget = tool->element_count > 1 ? COLLISION_NODES : PROOF_NODES;
     btg_drop_query q = {.origin = step->centre, .axis = step->axis};
     q.has_start = *has_near;
     q.start = *near;
@@ -222,7 +228,7 @@ static void prove_block(void *job, size_t block, uint32_t thread) {
         p->bound = max2(height, 0) + bound;
         if (v->tool.element_count < 2) continue;
         all = backing(v, &v->tool, step, workspace, &near, &has_near, &bound);
-        p->hit = all > max2(height, 0) + v->def.tolerance_mm + bound;
+        p->hit = all - bound > max2(height, 0) + COLLISION_MM;
         if (p->hit) p->collision = all;
     }
 }

@@ -73,7 +73,8 @@ typedef struct btg_verify_result {
     double position_bound_mm; /* at the poses */
     double motion_bound_mm;   /* between them too */
     btg_verify_place bound;   /* the greatest of both */
-    uint64_t collisions;      /* poses, or moves to them, where shank or holder are in the part */
+    uint64_t collisions;      /* poses, or moves to them, where shank or holder are in the part,
+                                or a search of bounded length could not prove that they are not */
     double collision_mm;      /* the farthest the tool must back out along its axis */
     btg_verify_place collision;
 } btg_verify_result;
