@@ -186,6 +186,11 @@ static void test_slope(void) {
     btg_verify_result r = end(&c);
     CHECK(near(r.max_gouge_mm, depth, 2e-5) && r.max_gouge_mm <= depth);
     CHECK(near(r.gouge.at.x, 10, 0.05) && isnan(r.position_bound_mm));
+    btg_verify_map map = btg_verify_get_map(c.verify);
+    double least = 0;
+    for (size_t i = 0; i < (size_t)map.width * map.height; i++)
+        least = fmin(least, btg_verify_deviation(&map, i));
+    CHECK(near(-least, r.max_gouge_mm, 1e-12));
     btg_verify_destroy(c.verify);
     btg_part_destroy(part);
 }
