@@ -192,13 +192,13 @@ static double likely_reach(const expansion *x) {
     return least > 0 ? 3 * sqrt(4 * c * least) / l : INFINITY;
 }
 
-btg_basin btg_basin_make(const btg_search *search, btg_place place, uint32_t element) {
+btg_basin btg_basin_make(btg_search *search, btg_place place, uint32_t element) {
     btg_basin basin = {.place = place, .element = element};
     const btg_tool_element *e = &search->query.tool->element[element];
-    btg_surface_point s;
-    btg_part_point(search->part, place, &s);
+    btg_surface_point *s = &search->here;
+    btg_part_point(search->part, place, s);
     expansion x;
-    if (!expand(search, e, place.item, &s, &x)) return basin;
+    if (!expand(search, e, place.item, s, &x)) return basin;
     bool triangle = place.item >= search->part->patch_count;
     bool edge_u = place.u <= 0 || place.u >= 1, edge_v = place.v <= 0 || place.v >= 1;
     double slope_u = edge_u ? (place.u <= 0 ? x.gu : -x.gu) : 0;
@@ -348,16 +348,16 @@ static bool clear_from(const btg_search *search, const expansion *x, const frame
     return false;
 }
 
-bool btg_cell_clear_to_second_order(const btg_search *search, const btg_region *region,
+bool btg_cell_clear_to_second_order(btg_search *search, const btg_region *region,
                                     const btg_tool_element *e) {
     const btg_part *part = search->part;
     btg_place place = btg_cell_place(&region->cell);
     for (int i = 0; i < 2; i++) {
-        btg_surface_point s;
+        btg_surface_point *s = &search->here;
         expansion x;
         double to_u, to_v;
-        btg_part_point(part, place, &s);
-        if (!expand(search, e, place.item, &s, &x)) return false;
+        btg_part_point(part, place, s);
+        if (!expand(search, e, place.item, s, &x)) return false;
         if (x.distance < -search->tolerance) return false;
         frame_box b = box_about(&region->cell, place, x.speed_u, x.speed_v);
         if (clear_from(search, &x, &b, &to_u, &to_v)) return true;

@@ -88,13 +88,17 @@ static btg_vec3 first_three(lanes a) {
     return head(h);
 }
 
+static BTG_APART void divide_out(const form *f, btg_surface_point *point) {
+    double h[6][4];
+    for (int k = 0; k < 6; k++)
+        lanes_store(h[k], f->d[k]);
+    quotient(h, point);
+}
+
 void btg_patch_evaluate(const btg_patch *patch, double u, double v, btg_surface_point *point) {
     form f = evaluate(patch, -1, lanes_all(u - 0.5), lanes_all(v - 0.5));
     if (patch->rational) {
-        double h[6][4];
-        for (int k = 0; k < 6; k++)
-            lanes_store(h[k], f.d[k]);
-        quotient(h, point);
+        divide_out(&f, point);
     } else {
         point->s = first_three(f.d[0]);
         point->su = first_three(f.d[1]);

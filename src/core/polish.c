@@ -120,9 +120,9 @@ static bool look(const btg_search *search, btg_place place, btg_surface_point *s
 
 void btg_search_polish(btg_search *search, btg_place from) {
     btg_place at = from;
-    btg_surface_point s;
+    btg_surface_point *s = &search->here, *t = &search->there;
     btg_ray_hit hit;
-    if (!look(search, at, &s, &hit)) return;
+    if (!look(search, at, s, &hit)) return;
     double shortest = STEP_MIN * search->part->scale, near = STEP_NEAR * search->part->scale;
     double rounding = search->query.op == BTG_OP_DROP ? 4e-15 * search->part->scale : 1e-14;
     double last = INFINITY; /* length of the step before */
@@ -130,13 +130,12 @@ void btg_search_polish(btg_search *search, btg_place from) {
     for (int step = 0; step < STEPS_MAX; step++) {
         btg_placement tool = btg_ray_place(&search->query, hit.value);
         const btg_tool_element *e = &search->query.tool->element[hit.element];
-        btg_ray_distance d = btg_ray_tool_distance(e, tool, s.s);
-        model m = distance_model(search, &s, &d);
+        btg_ray_distance d = btg_ray_tool_distance(e, tool, s->s);
+        model m = distance_model(search, s, &d);
         double du, dv;
         bool newton = step_from(search, &m, at, &du, &dv), better = false;
         for (int half = 0; half < HALVES_MAX && !better; half++, du *= 0.5, dv *= 0.5) {
             btg_place next = move(search, at, du, dv);
-            btg_surface_point t;
             btg_ray_hit other;
             double pu = next.u - at.u, pv = next.v - at.v;
             double length = sqrt(pu * pu * m.uu) + sqrt(pv * pv * m.vv);
@@ -144,7 +143,7 @@ void btg_search_polish(btg_search *search, btg_place from) {
                 settled = newton;
                 break;
             }
-            if (!look(search, next, &t, &other)) continue;
+            if (!look(search, next, t, &other)) continue;
             /* The value is flat on top: its last digits say nothing when a step still halves the
              * distance to the contact. */
             bool closing =
@@ -156,13 +155,16 @@ void btg_search_polish(btg_search *search, btg_place from) {
             if (!closing && other.value < hit.value) continue;
             last = length;
             at = next;
+            btg_surface_point *swap = s;
             s = t;
+            t = swap;
             hit = other;
             better = true;
         }
         if (!better) break;
     }
-    if (btg_search_offer(search, hit.value, at, s.s, hit.element, false)) search->settled = settled;
+    if (btg_search_offer(search, hit.value, at, s->s, hit.element, false))
+        search->settled = settled;
     if (search->query.tool->element[hit.element].corner_radius_mm == 0)
         btg_search_polish_rim(search, at, hit.element);
 }

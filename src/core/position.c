@@ -5,6 +5,7 @@
  * method for five-axis tool positioning for tensor product surfaces"; the tilt is closed form
  * here). A spun tool may cut where it was dropped, so it is laid over first, to LAID_OVER, and
  * tilts down from there. */
+#include "core/run.h"
 #include "core/spin.h"
 
 #include <stddef.h>
@@ -229,23 +230,23 @@ btg_status btg_position_follow(const btg_part *part, const btg_tool *tool,
     if (!position || !part || !solver) return BTG_ERROR_ARGUMENT;
     bool searches = btg_spin_searches(solver);
     if (searches && workspace_size < btg_position_workspace_size(part)) return BTG_ERROR_ARGUMENT;
-    btg_drop_query query = btg_position_drop_query(foot_x_mm, foot_y_mm);
-    if (neighbour) query.has_start = start_at(&neighbour->p, &query.start);
-    btg_drop_result drop;
-    btg_status status = btg_drop(part, tool, solver, &query, workspace, workspace_size, &drop);
+    if (!workspace || workspace_size < btg_workspace_size(part)) return BTG_ERROR_ARGUMENT;
+    btg_position_parts *p = btg_workspace_parts(part, workspace);
+    p->query = btg_position_drop_query(foot_x_mm, foot_y_mm);
+    if (neighbour) p->query.has_start = start_at(&neighbour->p, &p->query.start);
+    btg_status status =
+        btg_drop(part, tool, solver, &p->query, workspace, workspace_size, &p->drop);
     if (status < 0) return status;
-    btg_tilt_query frame;
-    btg_tilt_result tilt;
-    bool tilts = btg_position_tilt_query(tool, solver, &query, &drop, &frame) == BTG_OK;
+    bool tilts = btg_position_tilt_query(tool, solver, &p->query, &p->drop, &p->frame) == BTG_OK;
     if (tilts && searches)
-        return search_spin(part, tool, solver, &query, &drop, &frame, neighbour, workspace,
+        return search_spin(part, tool, solver, &p->query, &p->drop, &p->frame, neighbour, workspace,
                            position);
     if (tilts) {
-        if (neighbour) frame.has_start = start_at(&neighbour->q, &frame.start);
-        status = btg_tilt(part, tool, solver, &frame, workspace, workspace_size, &tilt);
+        if (neighbour) p->frame.has_start = start_at(&neighbour->q, &p->frame.start);
+        status = btg_tilt(part, tool, solver, &p->frame, workspace, workspace_size, &p->tilt);
         if (status < 0 && status != BTG_ERROR_GOUGE) return status;
         if (status == BTG_ERROR_GOUGE) tilts = false;
     }
-    return btg_position_assemble(tool, solver, foot_x_mm, foot_y_mm, &query, &drop,
-                                 tilts ? &frame : NULL, tilts ? &tilt : NULL, position);
+    return btg_position_assemble(tool, solver, foot_x_mm, foot_y_mm, &p->query, &p->drop,
+                                 tilts ? &p->frame : NULL, tilts ? &p->tilt : NULL, position);
 }

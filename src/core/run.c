@@ -59,14 +59,19 @@ static btg_contact contact_of(const btg_search *search) {
 
 /* ---- the two questions ---- */
 
-static btg_status drop(const btg_part *part, const btg_tool *tool, const btg_solver_def *solver,
-                       const btg_drop_query *query, void *workspace, btg_drop_result *result) {
+/* Set-up and answer stand apart from the walk, so that it does not have their frames above it. */
+static BTG_APART btg_search *begin_drop(const btg_part *part, const btg_tool *tool,
+                                        const btg_solver_def *solver, const btg_drop_query *query,
+                                        void *workspace) {
     btg_search *search = open_search(part, solver, workspace);
     search->query = btg_ray_query_drop(tool, query);
     search->value = -INFINITY;
     search->has_start = query->has_start;
     search->start = query->start;
-    btg_search_run(search);
+    return search;
+}
+
+static BTG_APART btg_status end_drop(const btg_search *search, btg_drop_result *result) {
     btg_drop_result r = {.status = BTG_NO_CONTACT, .nodes = search->nodes};
     r.bound_mm = proven_bound(search);
     if (search->spent) {
@@ -82,6 +87,13 @@ static btg_status drop(const btg_part *part, const btg_tool *tool, const btg_sol
     return r.status;
 }
 
+static btg_status drop(const btg_part *part, const btg_tool *tool, const btg_solver_def *solver,
+                       const btg_drop_query *query, void *workspace, btg_drop_result *result) {
+    btg_search *search = begin_drop(part, tool, solver, query, workspace);
+    btg_search_run(search);
+    return end_drop(search, result);
+}
+
 /* The start pose cuts deeper than the search's clearance explains. */
 static bool start_gouges(const btg_search *search, double tolerance) {
     if (search->osculating || !(search->value > 0)) return false;
@@ -91,15 +103,20 @@ static bool start_gouges(const btg_search *search, double tolerance) {
     return depth > max2(tolerance, 1e-9 * search->part->scale);
 }
 
-static btg_status tilt(const btg_part *part, const btg_tool *tool, const btg_solver_def *solver,
-                       const btg_tilt_query *query, void *workspace, btg_tilt_result *result) {
+static BTG_APART btg_search *begin_tilt(const btg_part *part, const btg_tool *tool,
+                                        const btg_solver_def *solver, const btg_tilt_query *query,
+                                        void *workspace) {
     btg_search *search = open_search(part, solver, workspace);
     search->query = btg_ray_query_tilt(tool, query);
     search->value = -query->max_tilt_rad;
     search->p_place = query->p.place;
     search->has_start = query->has_start;
     search->start = query->start;
-    btg_search_run(search);
+    return search;
+}
+
+static BTG_APART btg_status end_tilt(const btg_search *search, const btg_solver_def *solver,
+                                     const btg_tilt_query *query, btg_tilt_result *result) {
     if (start_gouges(search, solver->tolerance_mm)) return BTG_ERROR_GOUGE;
     btg_tilt_result r = {.status = BTG_SINGLE_CONTACT, .nodes = search->nodes};
     r.tilt_rad = query->max_tilt_rad;
@@ -115,6 +132,13 @@ static btg_status tilt(const btg_part *part, const btg_tool *tool, const btg_sol
     }
     *result = r;
     return r.status;
+}
+
+static btg_status tilt(const btg_part *part, const btg_tool *tool, const btg_solver_def *solver,
+                       const btg_tilt_query *query, void *workspace, btg_tilt_result *result) {
+    btg_search *search = begin_tilt(part, tool, solver, query, workspace);
+    btg_search_run(search);
+    return end_tilt(search, solver, query, result);
 }
 
 /* Each build of the run phase has one of these (variant.h). */

@@ -5,6 +5,16 @@
 
 #include "bitangent/bitangent.h"
 
+/* A position's parts, kept behind the search in the workspace: off the stack. */
+typedef struct btg_position_parts {
+    btg_drop_query query;
+    btg_drop_result drop;
+    btg_tilt_query frame;
+    btg_tilt_result tilt;
+} btg_position_parts;
+
+btg_position_parts *btg_workspace_parts(const btg_part *part, void *workspace);
+
 /* Arguments are checked; the workspace is large enough. */
 typedef struct btg_run {
     const char *name;

@@ -53,7 +53,7 @@ static btg_entry *push(btg_search *search, btg_vec3 centre, double radius) {
     return e;
 }
 
-static void push_triangle(btg_search *search, const btg_piece *piece) {
+static BTG_APART void push_triangle(btg_search *search, const btg_piece *piece) {
     btg_cell cell;
     btg_cell_of_triangle(search->part, piece, &cell);
     btg_entry *e = push(search, cell.centre, btg_cell_radius(&cell));
@@ -101,7 +101,8 @@ static bool at_the_end(btg_search *search, double radius) {
     return true;
 }
 
-static void open_triangle(btg_search *search, const btg_region *region, const btg_piece *piece) {
+static BTG_APART void open_triangle(btg_search *search, const btg_region *region,
+                                    const btg_piece *piece) {
     bool placed = search->found || search->query.op == BTG_OP_TILT;
     try_place(search, region->cell.centre, btg_cell_place(&region->cell));
     if (!placed && search->found) {
@@ -126,7 +127,7 @@ static btg_place place_in(const btg_block *block, int k, double s, double t) {
 
 /* DROP, nothing met so far: the best centre of the block is worth a polish when it is near enough
  * to the top. */
-static bool first_contact(btg_search *search, const btg_block *block) {
+static BTG_APART bool first_contact(btg_search *search, const btg_block *block) {
     const btg_tool_element *e = &search->query.tool->element[0];
     double near = FIRST_POLISH * (e->ring_radius_mm + e->corner_radius_mm), best = -INFINITY;
     int from = -1;
@@ -146,8 +147,8 @@ static bool first_contact(btg_search *search, const btg_block *block) {
 
 /* A place where the placed tool cuts into the block, sought where it does so deepest by the bounds;
  * false: none there. */
-static bool find_cut(const btg_search *search, const btg_block *block, const btg_block_bound *bound,
-                     btg_place *at) {
+static BTG_APART bool find_cut(const btg_search *search, const btg_block *block,
+                               const btg_block_bound *bound, btg_place *at) {
     int best = -1;
     double depth = -search->tolerance;
     for (int k = 0; k < 4; k++) {
@@ -181,8 +182,8 @@ static void bound_block(btg_search *search, const btg_block *block, btg_block_bo
 }
 
 /* Quarters that are not clear, the farthest first. */
-static int quarters_left(btg_search *search, const btg_block *block, const btg_block_bound *bound,
-                         int left[4]) {
+static BTG_APART int quarters_left(btg_search *search, const btg_block *block,
+                                   const btg_block_bound *bound, int left[4]) {
     const btg_tool *tool = search->query.tool;
     int count = 0;
     for (int k = 0; k < 4; k++) {
@@ -217,7 +218,7 @@ static void push_quarters(btg_search *search, const btg_block *block,
     if (!bound) order(search, from);
 }
 
-static void open_piece(btg_search *search, const btg_piece *piece) {
+static BTG_APART void open_piece(btg_search *search, const btg_piece *piece) {
     btg_block *block = &search->block;
     btg_block_make(search->part, piece, block);
     search->nodes += 3;
@@ -229,15 +230,14 @@ static void open_piece(btg_search *search, const btg_piece *piece) {
             push_quarters(search, block, NULL);
         return;
     }
-    btg_block_bound bound;
-    if (round) bound_block(search, block, &bound);
-    push_quarters(search, block, round ? &bound : NULL);
+    if (round) bound_block(search, block, &search->bounds);
+    push_quarters(search, block, round ? &search->bounds : NULL);
 }
 
 /* ---- out of budget ------------------------------------------------------------------------ */
 
 /* Out of budget: no entry left has a value above the bound of its ball. */
-static void give_up(btg_search *search) {
+static BTG_APART void give_up(btg_search *search) {
     search->spent = true;
     search->bound = search->value;
     for (size_t i = 0; i < search->top; i++) {
@@ -252,23 +252,23 @@ static void give_up(btg_search *search) {
 /* ---- nodes -------------------------------------------------------------------------------- */
 
 /* Triangles of a leaf that are not clear at a glance wait by themselves. */
-static void push_triangles(btg_search *search, const uint32_t *triangle, uint32_t count) {
+static BTG_APART void push_triangles(btg_search *search, const uint32_t *triangle, uint32_t count) {
     const btg_tool_element *e = &search->query.tool->element[0];
     bool placed = search->found || search->query.op == BTG_OP_TILT;
     bool bounded = placed && e->corner_radius_mm > 0;
     size_t from = search->top;
     for (uint32_t first = 0; first < count; first += 4) {
         uint32_t n = count - first < 4 ? count - first : 4;
-        btg_block_bound bound;
+        btg_block_bound *bound = &search->bounds;
         btg_block *block = &search->block;
         search->nodes += n;
         if (bounded) {
             btg_block_of_triangles(search->part, triangle + first, n, block);
-            btg_block_bounds(block, e, &search->at, -search->tolerance, &bound);
+            btg_block_bounds(block, e, &search->at, -search->tolerance, bound);
         }
         for (uint32_t k = 0; k < n; k++) {
             btg_piece piece;
-            if (bounded && btg_search_clear_at_once(search, &bound, (int)k)) continue;
+            if (bounded && btg_search_clear_at_once(search, bound, (int)k)) continue;
             btg_triangle_root(search->part->patch_count + triangle[first + k], &piece);
             push_triangle(search, &piece);
         }
@@ -292,22 +292,22 @@ static void push_child(btg_search *search, const btg_node *node, int k, double k
     e->count = node->count[k];
 }
 
-static void open_node(btg_search *search, const btg_node *node) {
+static BTG_APART void open_node(btg_search *search, const btg_node *node) {
     const btg_tool_element *e = &search->query.tool->element[0];
     bool placed = search->found || search->query.op == BTG_OP_TILT;
     bool bounded = placed && e->corner_radius_mm > 0;
     btg_block *block = &search->block;
-    btg_block_bound bound;
+    btg_block_bound *bound = bounded ? &search->bounds : NULL;
     size_t from = search->top;
     btg_block_of_node(node, block);
     search->nodes += 3;
-    if (bounded) btg_block_bounds(block, e, &search->at, -search->tolerance, &bound);
+    if (bounded) btg_block_bounds(block, e, &search->at, -search->tolerance, bound);
     for (int k = 0; k < 4 && node->kind[k] != BTG_CHILD_NONE; k++) {
-        if (bounded && btg_search_clear_at_once(search, &bound, k)) continue;
+        if (bounded && btg_search_clear_at_once(search, bound, k)) continue;
         btg_region region = {.radius = block->radius[k]};
         btg_cell_of_child(block, k, &region.cell);
-        if (btg_search_clear_piece(search, &region, bounded ? &bound : NULL, k)) continue;
-        double key = bounded ? bound.low[k] : rank(search, region.cell.centre, region.radius);
+        if (btg_search_clear_piece(search, &region, bound, k)) continue;
+        double key = bounded ? bound->low[k] : rank(search, region.cell.centre, region.radius);
         push_child(search, node, k, key);
     }
     order(search, from);

@@ -70,6 +70,8 @@ typedef struct btg_search {
     uint32_t sheet_count;
 
     btg_block block; /* that is being looked at */
+    btg_block_bound bounds;
+    btg_surface_point here, there; /* that are being looked at: off the stack */
     size_t top, stack_size;
     btg_entry *stack;
 } btg_search;
@@ -119,10 +121,10 @@ double btg_search_deep_at_p(const btg_search *search);
 
 /* basin.c: the basin of a contact of the tool placed at the best value; a region inside it; and a
  * single cell clear of an element by the Taylor polynomial at its centre. */
-btg_basin btg_basin_make(const btg_search *search, btg_place place, uint32_t element);
+btg_basin btg_basin_make(btg_search *search, btg_place place, uint32_t element);
 /* Any of the basins of the placed tool covers it; they are made when first asked for. */
 bool btg_basins_cover(btg_search *search, const btg_region *region, uint32_t element);
-bool btg_cell_clear_to_second_order(const btg_search *search, const btg_region *region,
+bool btg_cell_clear_to_second_order(btg_search *search, const btg_region *region,
                                     const btg_tool_element *e);
 
 #endif

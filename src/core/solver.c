@@ -13,8 +13,16 @@ btg_solver_def btg_solver_def_default(void) {
 
 /* ---- workspace ---------------------------------------------------------------------------- */
 
-size_t btg_workspace_size(const btg_part *part) {
+static size_t search_size(const btg_part *part) {
     return sizeof(btg_search) + btg_search_stack_size(part) * sizeof(btg_entry);
+}
+
+size_t btg_workspace_size(const btg_part *part) {
+    return search_size(part) + sizeof(btg_position_parts);
+}
+
+btg_position_parts *btg_workspace_parts(const btg_part *part, void *workspace) {
+    return (btg_position_parts *)((char *)workspace + search_size(part));
 }
 
 const btg_run *btg_run_choose(void) {

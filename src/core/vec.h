@@ -7,6 +7,13 @@
 #include <math.h>
 #include <stdbool.h>
 
+/* Keeps a function's frame off the stack of those that go deeper. */
+#if defined(__GNUC__)
+#define BTG_APART __attribute__((noinline))
+#else
+#define BTG_APART
+#endif
+
 #define BTG_PI 3.14159265358979323846
 
 /* Unlike fmin and fmax these compile to one instruction; b when either is NaN. */
