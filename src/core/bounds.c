@@ -159,8 +159,9 @@ static figure_place least_in_triangle(const figure_form *f) {
 /* The plane of the cell itself: its normal from the tool outward, and its distance from all of the
  * element. At a sharp rim the distance has no curvature to look ahead by, but the cell's plane
  * leans against the rim. False: no such plane. */
-static bool own_plane(const btg_search *search, const btg_region *region, const btg_tool_element *e,
-                      const btg_ray_distance *d, btg_vec3 *normal, double *distance) {
+static BTG_APART bool own_plane(const btg_search *search, const btg_region *region,
+                                const btg_tool_element *e, const btg_ray_distance *d,
+                                btg_vec3 *normal, double *distance) {
     btg_vec3 n = vec_cross(region->cell.a, region->cell.b), c = region->cell.centre;
     double length = vec_norm(n);
     if (!(length > 0)) return false;
@@ -211,7 +212,8 @@ static bool clear_as_placed(btg_search *search, const btg_region *region, uint32
            near.distance >= -region->cell.bend && btg_cell_clear_to_second_order(search, region, e);
 }
 
-static bool clear_by_ball(const btg_search *search, const btg_region *region, uint32_t element) {
+static BTG_APART bool clear_by_ball(const btg_search *search, const btg_region *region,
+                                    uint32_t element) {
     double value;
     return !btg_ray_ball_value(&search->query, element, region->cell.centre, region->radius,
                                &value) ||
@@ -221,8 +223,8 @@ static bool clear_by_ball(const btg_search *search, const btg_region *region, ui
 /* TILT: in front of a plane, with a convex element behind it, at both ends of the turn, and no turn
  * back between. The plane has the unit normal n, from the tool outward, and stands `distance` off
  * the region's centre. */
-static bool clear_by_turning_plane(const btg_search *search, const btg_region *region, btg_vec3 n,
-                                   double distance) {
+static BTG_APART bool clear_by_turning_plane(const btg_search *search, const btg_region *region,
+                                             btg_vec3 n, double distance) {
     if (distance - btg_cell_reach(&region->cell, vec_scale(n, -1)) < -search->tolerance)
         return false;
     const btg_ray_query *q = &search->query;

@@ -55,7 +55,7 @@ static bool profile_depth(const btg_tool_element *e, double r, double *depth) {
     return true;
 }
 
-static bool cast_vertical(const btg_ray_query *q, btg_vec3 s, btg_ray_hit *hit) {
+static BTG_APART bool cast_vertical(const btg_ray_query *q, btg_vec3 s, btg_ray_hit *hit) {
     btg_vec3 d = vec_sub(s, q->o);
     double height = vec_dot(d, q->w);
     double r = vec_norm(vec_mad(d, q->w, -height));
@@ -151,7 +151,7 @@ static bool cast_cylinder(const btg_tool_element *e, double major, const circle 
     return found;
 }
 
-static bool cast_circular(const btg_ray_query *q, btg_vec3 s, btg_ray_hit *hit) {
+static BTG_APART bool cast_circular(const btg_ray_query *q, btg_vec3 s, btg_ray_hit *hit) {
     btg_vec3 d = vec_sub(s, q->o), dp = vec_sub(s, q->p);
     double dp2 = vec_norm2(dp);
     if (dp2 < q->p_clearance2) return false;
