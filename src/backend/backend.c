@@ -63,9 +63,10 @@ static btg_status unknown_name(const char *name, btg_message *message) {
                     name, known);
 }
 
-static btg_backend_state probe(const btg_backend_table *table) {
-    char device[128] = "";
-    return table->probe ? table->probe(device, sizeof device) : BTG_BACKEND_NOT_BUILT;
+/* `why`: what is missing, where something is. */
+static btg_backend_state probe(const btg_backend_table *table, char why[256]) {
+    why[0] = '\0';
+    return table->probe ? table->probe(why, 256) : BTG_BACKEND_NOT_BUILT;
 }
 
 static btg_status find(const char *name, const btg_backend_table **found, btg_message *message) {
@@ -73,7 +74,8 @@ static btg_status find(const char *name, const btg_backend_table **found, btg_me
     for (size_t i = 0; i < btg_backend_registry_count; i++) {
         const btg_backend_table *table = btg_backend_registry[i];
         if (!any && strcmp(name, table->name) != 0) continue;
-        btg_backend_state state = probe(table);
+        char why[256];
+        btg_backend_state state = probe(table, why);
         if (state == BTG_BACKEND_READY) {
             *found = table;
             return BTG_OK;
@@ -86,7 +88,8 @@ static btg_status find(const char *name, const btg_backend_table **found, btg_me
                             name);
         }
         return btg_fail(message, BTG_ERROR_NO_DEVICE,
-                        "back end '%s' finds no device here; 'auto' takes one that runs", name);
+                        "back end '%s' finds no device here: %s; 'auto' takes one that runs", name,
+                        why[0] ? why : "none at all");
     }
     if (any) return btg_fail(message, BTG_ERROR_NO_DEVICE, "no back end is ready here");
     return unknown_name(name, message);
@@ -114,6 +117,7 @@ static btg_status make_setup(const btg_backend_def *def, const btg_part *part, c
     setup->solver = *solver;
     setup->threads = def->threads > 0 ? def->threads : machine_threads();
     setup->allocator = def->allocator;
+    setup->raw = def->raw != 0;
     return BTG_OK;
 }
 
@@ -180,6 +184,11 @@ const char *btg_backend_name(const btg_backend *backend) {
 
 uint32_t btg_backend_threads(const btg_backend *backend) {
     return backend->table->threads ? backend->table->threads(backend->state) : 1;
+}
+
+void btg_backend_get_times(const btg_backend *backend, btg_backend_times *times) {
+    *times = (btg_backend_times){0};
+    if (backend->table->times) backend->table->times(backend->state, times);
 }
 
 /* ---- batches ------------------------------------------------------------------------------ */

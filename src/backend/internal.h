@@ -9,6 +9,8 @@
 
 #include "bitangent/backend.h"
 
+#include <stdbool.h>
+
 /* What a back end is opened with. `part` is borrowed and outlives the back end; the rest is a
  * copy, already checked. `threads` is resolved: >= 1. */
 typedef struct btg_backend_setup {
@@ -17,6 +19,7 @@ typedef struct btg_backend_setup {
     btg_solver_def solver;
     uint32_t threads;
     btg_allocator allocator;
+    bool raw; /* devices: do not polish */
 } btg_backend_setup;
 
 /* One back end. `state` is what open() made.
@@ -31,7 +34,7 @@ typedef struct btg_backend_table {
 
     /* Mandatory where built; NULL marks a back end that was left out of this build, and then all
      * below is NULL as well. Says whether there is a device and names it in `device` (size
-     * bytes). Never opens anything for good. */
+     * bytes), or says there what is missing. Never opens anything for good. */
     btg_backend_state (*probe)(char *device, size_t size);
 
     /* Mandatory. Set-up may allocate, through setup->allocator alone. `setup` is copied by those
@@ -48,6 +51,8 @@ typedef struct btg_backend_table {
 
     /* Optional: number of threads in use. NULL: 1. */
     uint32_t (*threads)(void *state);
+    /* Optional: where the time went since open. */
+    void (*times)(void *state, btg_backend_times *times);
     /* Optional: positions a batch the device likes best; 0: BTG_BACKEND_BLOCK. */
     size_t block;
 } btg_backend_table;
@@ -60,6 +65,7 @@ extern const size_t btg_backend_registry_count;
 
 extern const btg_backend_table btg_backend_cpu;
 extern const btg_backend_table btg_backend_reference;
+extern const btg_backend_table btg_backend_vulkan; /* where it was built: BTG_HAVE_VULKAN */
 
 /* ---- back ends that answer one query at a time on the processor (host.c) ------------------ */
 

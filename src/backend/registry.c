@@ -7,10 +7,15 @@
 static const btg_backend_table osmesa = {
     .name = "osmesa", .summary = "depth images and compute by OpenGL without a window"};
 static const btg_backend_table gl = {.name = "gl", .summary = "depth images and compute by OpenGL"};
+#ifdef BTG_HAVE_VULKAN
+#define VULKAN btg_backend_vulkan
+#else
 static const btg_backend_table vulkan = {.name = "vulkan", .summary = "compute by Vulkan"};
+#define VULKAN vulkan
+#endif
 
 const btg_backend_table *const btg_backend_registry[] = {&btg_backend_cpu, &btg_backend_reference,
-                                                         &osmesa, &gl, &vulkan};
+                                                         &osmesa, &gl, &VULKAN};
 const size_t btg_backend_registry_count =
     sizeof btg_backend_registry / sizeof btg_backend_registry[0];
 

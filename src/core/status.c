@@ -39,6 +39,8 @@ const char *btg_status_name(btg_status status) {
         return "error-format";
     case BTG_ERROR_GOUGE:
         return "error-gouge";
+    case BTG_ERROR_DEVICE:
+        return "error-device";
     }
     return "unknown";
 }

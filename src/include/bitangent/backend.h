@@ -18,7 +18,7 @@ typedef enum btg_backend_state {
 typedef struct btg_backend_info {
     const char *name; /* "cpu", "reference", ... static storage */
     btg_backend_state state;
-    char device[128];  /* what it runs on, "" when none */
+    char device[256];  /* what it runs on: name, driver, version, limits; or why on nothing */
     char summary[256]; /* what it can do, one line */
 } btg_backend_info;
 
@@ -34,6 +34,8 @@ typedef struct btg_backend_def {
     const char *name; /* NULL or "auto": the first that is ready */
     uint32_t threads; /* 0: as many as the machine has; default 0 */
     btg_allocator allocator;
+    int raw; /* 1: a device's answers as it finds them in single precision, nothing polished and
+                nothing proven (bound_mm NaN); the cpu and the reference have no such. Default 0 */
 } btg_backend_def;
 
 BTG_API btg_backend_def btg_backend_def_default(void);
@@ -50,6 +52,16 @@ BTG_API btg_status btg_backend_open(const btg_backend_def *def, const btg_part *
 BTG_API void btg_backend_close(btg_backend *backend);
 BTG_API const char *btg_backend_name(const btg_backend *backend);
 BTG_API uint32_t btg_backend_threads(const btg_backend *backend);
+
+/* Where the time of a device back end went since it was opened, seconds; all zero for others. */
+typedef struct btg_backend_times {
+    double upload_s;   /* queries made ready and handed over */
+    double device_s;   /* dispatches, begin to end */
+    double readback_s; /* winners taken back */
+    double polish_s;   /* the core's part: polish and proof */
+} btg_backend_times;
+
+BTG_API void btg_backend_get_times(const btg_backend *backend, btg_backend_times *times);
 
 /* Batches: results in input order, bit-identical for any number of threads. count may be 0. An
  * invalid query gives ERROR_ARGUMENT and the index of the first one in *bad (may be NULL);

@@ -52,7 +52,8 @@ typedef enum btg_status {
     BTG_ERROR_NO_DEVICE = -5,   /* the back end is built, but finds no device */
     BTG_ERROR_FILE = -6,        /* a file cannot be opened, read or written */
     BTG_ERROR_FORMAT = -7,      /* a file's content is malformed */
-    BTG_ERROR_GOUGE = -8        /* the asked start pose already cuts into the part */
+    BTG_ERROR_GOUGE = -8,       /* the asked start pose already cuts into the part */
+    BTG_ERROR_DEVICE = -9       /* the device was lost, or did not answer in time */
 } btg_status;
 
 /* Short word for a status: "two-contact", "osculating", "single-contact", "no-contact",

@@ -1,0 +1,11 @@
+/* The vulkan back end as its tests see it. Internal. */
+#ifndef BTG_BACKEND_VULKAN_VULKAN_H
+#define BTG_BACKEND_VULKAN_VULKAN_H
+
+#include "backend/vulkan/loader.h"
+
+/* As btg_backend_vulkan.open, under the Khronos validation layer. `debug` must stay until close. */
+btg_status btg_vulkan_open_debug(const btg_vulkan_debug *debug, const btg_backend_setup *setup,
+                                 void **state, btg_message *message);
+
+#endif
