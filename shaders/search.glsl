@@ -92,6 +92,25 @@ struct btg_best {
     vec4 place;
 };
 
+/* The place (s, t) of a cell; side: its half sides, and those of the grid that would follow. */
+void try_sample(btg_gpu_query q, btg_surface_point c, uint cell, vec2 st, vec2 middle, vec4 side,
+                bool triangle, inout btg_best best) {
+    vec2 uv = middle + st * side.xy;
+    if (triangle) {
+        uv = hold(uv, true);
+        st = (uv - middle) / side.xy;
+    }
+    btg_ray_hit hit;
+    if (!ray_cast(q, taylor(c, st.x, st.y), hit) || hit.value <= q.u.w) return;
+    bool better = !best.found || hit.value > best.value ||
+                  (hit.value == best.value && cell < best.cell);
+    if (!better) return;
+    best.found = true;
+    best.value = hit.value;
+    best.cell = cell;
+    best.place = vec4(uv, side.zw);
+}
+
 void try_cell(btg_gpu_query q, uint index, inout btg_best best) {
     uint cell = scene.starts.x + BTG_GPU_CELL * index;
     if (!can_win(q, geometry[cell], value_of(best_key))) return;
@@ -101,22 +120,10 @@ void try_cell(btg_gpu_query q, uint index, inout btg_best best) {
     uint n = floatBitsToUint(geometry[cell + 6].w);
     bool triangle = floatBitsToUint(geometry[cell + 1].w) >= scene.counts.x;
     float pitch = 2 / float(n - 1);
-    for (uint i = 0; i < n * n; i++) {
-        vec2 st = vec2(i / n, i % n) * pitch - 1, uv = middle + st * side;
-        btg_ray_hit hit;
-        if (triangle) {
-            uv = hold(uv, true);
-            st = (uv - middle) / side;
-        }
-        if (!ray_cast(q, taylor(c, st.x, st.y), hit)) continue;
-        bool better = !best.found || hit.value > best.value ||
-                      (hit.value == best.value && cell < best.cell);
-        if (!better || hit.value <= q.u.w) continue;
-        best.found = true;
-        best.value = hit.value;
-        best.cell = cell;
-        best.place = vec4(uv, side * pitch);
-    }
+    for (uint i = 0; i < n; i++)
+        for (uint j = 0; j < n; j++)
+            try_sample(q, c, cell, vec2(float(i), float(j)) * pitch - 1, middle,
+                       vec4(side, side * pitch), triangle, best);
     if (best.found) atomicMax(best_key, key_of(best.value));
     atomicAdd(tried, 1);
 }

@@ -66,6 +66,7 @@ static int set_up(run *r) {
     btg_backend_def def = btg_backend_def_default();
     def.name = o->backend;
     def.threads = o->threads;
+    def.raw = o->raw;
     btg_solver_def solver = o->solver;
     solver.feed_x = cos(o->feed_deg * (BTG_PI / 180));
     solver.feed_y = sin(o->feed_deg * (BTG_PI / 180));
@@ -191,6 +192,7 @@ static int report(run *r) {
 static int finish(run *r) {
     r->summary.backend = btg_backend_name(r->backend);
     r->summary.threads = btg_backend_threads(r->backend);
+    btg_backend_get_times(r->backend, &r->summary.times);
     if (!summary_contact(&r->summary)) {
         return app_complain(APP_FAILED,
                             "%.256s: no position touches the part; check the footprint, "

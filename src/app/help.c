@@ -39,6 +39,8 @@ static const char path[] =
     "solving\n"
     "  --method vcrf           vertical and circular rays\n"
     "  --backend NAME          auto (default), or one that 'bitangent info' says is ready\n"
+    "  --raw                   a device's answers in single precision as they are: not polished,\n"
+    "                          not proven\n"
     "  --spin POLICY           turn about the normal at the first contact: none (default),\n"
     "                          fixed:DEG; gap:MM, contacts that far apart; across, at right\n"
     "                          angles to the feed; widest, the widest strip inside the scallop\n"

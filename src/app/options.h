@@ -35,6 +35,7 @@ typedef struct path_options {
     double spin_deg, max_tilt_deg; /* as typed, for the summary */
     double feed_deg;               /* from +x toward +y; the footprint's passes run along 90 */
     btg_gltf_def gltf;
+    bool raw; /* a device's answers as they are */
     bool json, quiet;
 } path_options;
 

@@ -345,6 +345,12 @@ static bool set_use_mesh(path_options *o, const char *name, const char *value) {
     return true;
 }
 
+static bool set_raw(path_options *o, const char *name, const char *value) {
+    (void)name, (void)value;
+    o->raw = true;
+    return true;
+}
+
 static bool set_json(path_options *o, const char *name, const char *value) {
     (void)name, (void)value;
     o->json = true;
@@ -395,12 +401,12 @@ const option path_option_list[] = {
     {"--gltf-unit", set_unit, false},
     {"--up", set_up, false},
     {"--use-mesh", set_use_mesh, true},
+    {"--raw", set_raw, true},
     {"--json", set_json, true},
     {"--quiet", set_quiet, true},
     {"--help", set_help, true},
     {"-h", set_help, true},
     {"--levels", set_later, false},
     {"--window", set_later, false},
-    {"--raw", set_later, true},
 };
 const size_t path_option_count = sizeof path_option_list / sizeof path_option_list[0];

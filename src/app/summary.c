@@ -141,6 +141,11 @@ void summary_print(const summary *s, FILE *file) {
     }
     fprintf(file, "solved      in %.3g s, %.0f positions/s, by %s on %lu thread%s\n", s->seconds,
             rate(s), s->backend, (unsigned long)s->threads, s->threads == 1 ? "" : "s");
+    if (s->times.device_s > 0) {
+        fprintf(file, "            upload %.3g s, device %.3g s, read back %.3g s, %s %.3g s\n",
+                s->times.upload_s, s->times.device_s, s->times.readback_s,
+                o->raw ? "not polished:" : "polish and proof", s->times.polish_s);
+    }
     if (s->program) print_program(s->program, o->machine, file);
     for (int i = 0; i < o->output_count; i++) {
         fprintf(file, "%-11s %s\n", i == 0 ? "wrote" : "", o->outputs[i].path);
@@ -224,6 +229,12 @@ void summary_json(const summary *s, btg_json *json) {
     btg_json_number(json, "seconds", s->seconds);
     btg_json_number(json, "positions_per_second", rate(s));
     btg_json_string(json, "backend", s->backend);
+    btg_json_open(json, "times", '{');
+    btg_json_number(json, "upload_seconds", s->times.upload_s);
+    btg_json_number(json, "device_seconds", s->times.device_s);
+    btg_json_number(json, "readback_seconds", s->times.readback_s);
+    btg_json_number(json, "polish_seconds", s->times.polish_s);
+    btg_json_close(json, '}');
     btg_json_string(json, "method", "vcrf");
     btg_json_count(json, "threads", s->threads);
     json_statuses(s, json);

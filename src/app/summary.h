@@ -3,6 +3,7 @@
 #define BTG_APP_SUMMARY_H
 
 #include "app/options.h"
+#include "bitangent/backend.h"
 #include "bitangent/post.h"
 #include "io/json.h"
 
@@ -20,6 +21,7 @@ typedef struct summary {
     const char *backend;
     uint32_t threads;
     double seconds; /* solving alone */
+    btg_backend_times times;
     uint64_t positions, lifts;
     uint64_t statuses[SUMMARY_STATUSES]; /* by btg_status */
     uint64_t tilted;                     /* positions with two contacts, osculating ones included */

@@ -6,6 +6,9 @@
 /* Radius about P, in minor radii, inside which single precision tells nothing of d: there the
  * osculating limit answers, and the core's polish. */
 #define P_CLEARANCE 0.02
+/* A place this near P, in minor radii, is no start: the peak may lie where the device saw nothing,
+ * and the core looks there by itself. */
+#define NEAR_P 0.1
 /* Less than any height: what a DROP has to beat. */
 #define LEAST (-3e38f)
 /* P is on an edge that comes this close, part of the clearance. */
@@ -26,11 +29,15 @@ void btg_gpu_pack_drop(const btg_scene *scene, const btg_drop_query *query, btg_
     btg_gpu_split(origin, &out->origin, &out->origin_low);
 }
 
+/* What distances from P are measured by. */
+static double size_of(const btg_backend_setup *setup) {
+    const btg_tool_element *e = &setup->tool.element[0];
+    return e->corner_radius_mm > 0 ? e->corner_radius_mm : e->ring_radius_mm;
+}
+
 void btg_gpu_pack_tilt(const btg_backend_setup *setup, const btg_scene *scene,
                        const btg_tilt_query *query, btg_gpu_query *out) {
-    const btg_tool_element *e = &setup->tool.element[0];
-    double scale = e->corner_radius_mm > 0 ? e->corner_radius_mm : e->ring_radius_mm;
-    double clearance = P_CLEARANCE * scale;
+    double clearance = P_CLEARANCE * size_of(setup);
     *out = (btg_gpu_query){
         .u = pack(query->u, -query->max_tilt_rad), .v = pack(query->v, 0), .w = pack(query->w, 0)};
     btg_gpu_split(vec_sub(query->o1, scene->middle), &out->origin, &out->origin_low);
@@ -44,6 +51,18 @@ bool btg_gpu_start(const btg_backend_setup *setup, const btg_gpu_winner *w, btg_
     btg_place at = {w->item, w->u, w->v};
     if (!(at.u >= 0 && at.u <= 1 && at.v >= 0 && at.v <= 1)) return false;
     if (at.item >= part->patch_count && at.u + at.v > 1) at.v = 1 - at.u;
+    *start = at;
+    return true;
+}
+
+bool btg_gpu_start_tilt(const btg_backend_setup *setup, const btg_tilt_query *query,
+                        const btg_gpu_winner *winner, btg_place *start) {
+    btg_place at;
+    btg_surface_point s;
+    if (!btg_gpu_start(setup, winner, &at)) return false;
+    btg_part_point(setup->part, at, &s);
+    double near = NEAR_P * size_of(setup);
+    if (vec_norm2(vec_sub(s.s, query->p.point)) < near * near) return false;
     *start = at;
     return true;
 }

@@ -56,6 +56,10 @@ void btg_gpu_pack_tilt(const btg_backend_setup *setup, const btg_scene *scene,
 /* A winner as the place the core's search starts from; false: none. */
 bool btg_gpu_start(const btg_backend_setup *setup, const btg_gpu_winner *winner, btg_place *start);
 
+/* The same after a TILT: none so close to P that the core knows better. */
+bool btg_gpu_start_tilt(const btg_backend_setup *setup, const btg_tilt_query *query,
+                        const btg_gpu_winner *winner, btg_place *start);
+
 /* A winner as the answer, not polished: BTG_OK and the like with no bound proven. */
 void btg_gpu_raw_drop(const btg_backend_setup *setup, const btg_drop_query *query,
                       const btg_gpu_winner *winner, double shift, btg_drop_result *result);

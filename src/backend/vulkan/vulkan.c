@@ -150,7 +150,8 @@ static btg_status tilt_some(state *s, const btg_tilt_query *queries, uint32_t co
             continue;
         }
         s->tilts[i] = queries[i];
-        if (btg_gpu_start(&s->setup, &winner, &s->tilts[i].start)) s->tilts[i].has_start = 1;
+        if (btg_gpu_start_tilt(&s->setup, &queries[i], &winner, &s->tilts[i].start))
+            s->tilts[i].has_start = 1;
     }
     lap(&since, &s->times.readback_s);
     if (!s->setup.raw) status = btg_backend_cpu.tilt(s->core, s->tilts, count, results);
