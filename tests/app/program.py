@@ -246,7 +246,6 @@ class Refusals(Case):
         self.refuse("--up", "x", say="y or z")
         for option, value in (("--levels", "2"), ("--window", "50")):
             self.refuse(option, value, say="not in this version")
-        self.refuse("--raw", None, say="not in this version")
         self.bad(2, "path", self.part, "--json=1", say="takes no value")
         self.bad(2, "path", self.part, "--sidestep", "1", say="unknown option")
         self.bad(2, "path", self.part, "--tool", say="needs a value")
@@ -257,6 +256,42 @@ class Refusals(Case):
                 self.refuse("--backend", b["name"], say="not built")
             elif b["state"] == "no-device":
                 self.bad(1, "path", self.part, "--backend", b["name"], say="no device")
+
+    def test_no_driver(self):
+        """Vulkan's loader with no driver behind it: said so, and nothing else runs instead."""
+        states = {b["name"]: b["state"] for b in json.loads(self.good("info", "--json"))["backends"]}
+        if states["vulkan"] == "not-built":
+            self.skipTest("vulkan is not built")
+        env = dict(os.environ, VK_DRIVER_FILES="/dev/null", VK_ICD_FILENAMES="/dev/null")
+        run = lambda *a: subprocess.run([PROGRAM, *a], env=env, capture_output=True, text=True)
+        info = run("info", "--json")
+        vulkan = [b for b in json.loads(info.stdout)["backends"] if b["name"] == "vulkan"][0]
+        self.assertEqual(vulkan["state"], "no-device")
+        self.assertRegex(vulkan["device"], "driver|device|loader")
+        path = run("path", self.part, "--backend", "vulkan")
+        self.assertEqual(path.returncode, 1)
+        self.assertIn("no device", path.stderr)
+        self.assertEqual(run("path", self.part, "--quiet").returncode, 0)
+
+    def test_vulkan(self):
+        """The cpu's path, with all that single precision takes away put back."""
+        states = {b["name"]: b["state"] for b in json.loads(self.good("info", "--json"))["backends"]}
+        if states["vulkan"] != "ready":
+            self.skipTest("vulkan is " + states["vulkan"])
+        rows = {}
+        for name in ("cpu", "vulkan"):
+            self.good("path", self.part, "--backend", name, "-o", self.at(name + ".csv"))
+            with open(self.at(name + ".csv"), newline="") as file:
+                rows[name] = list(csv.DictReader(file))
+        self.assertEqual(len(rows["cpu"]), len(rows["vulkan"]))
+        for a, b in zip(rows["cpu"], rows["vulkan"]):
+            self.assertEqual(a["status"], b["status"])
+            for key, most in (("drop_z", 1e-6), ("tilt_deg", 1e-4)):
+                if a[key] != "nan":
+                    self.assertLess(abs(float(a[key]) - float(b[key])), most)
+        raw = json.loads(self.good("path", self.part, "--backend", "vulkan", "--raw", "--json"))
+        self.assertEqual(raw["backend"], "vulkan")
+        self.assertGreater(raw["times"]["device_seconds"], 0)
 
     def test_parts(self):
         self.bad(2, "path", say="no part")
