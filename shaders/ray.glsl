@@ -39,15 +39,16 @@ bool profile_depth(vec4 e, bool hollow, float r, out float depth) {
 
 /* The value of a point, or of a ball an upper bound: the element offset by its radius. */
 bool cast_vertical(btg_gpu_query q, vec3 s, float radius, out btg_ray_hit hit) {
-    float height = dot(s, q.w.xyz), r = length(s - q.w.xyz * height);
-    bool found = false;
-    hit.value = 0;
+    float height = dot(s, q.w.xyz), r = length(s - q.w.xyz * height), depth;
+    bool found = profile_depth(scene.element[0] + vec4(0, radius, 0, 0), scene.counts.w != 0, r,
+                               depth);
+    hit.value = height + depth;
     hit.element = 0;
-    for (uint i = 0; i < scene.counts.z; i++) {
+    /* The cutter stands apart: what an index that varies picks from a uniform block is slow. */
+    for (uint i = 1; i < scene.counts.z; i++) {
         vec4 e = scene.element[i];
-        float depth;
         e.y += radius;
-        if (!profile_depth(e, i == 0 && scene.counts.w != 0, r, depth)) continue;
+        if (!profile_depth(e, false, r, depth)) continue;
         if (found && height + depth <= hit.value) continue;
         hit.value = height + depth;
         hit.element = i;
@@ -130,25 +131,18 @@ bool cast_cylinder(vec4 e, float major, circle c, out float value) {
 
 /* The circle's elements, offset by radius. */
 bool cast_elements(circle c, float radius, out btg_ray_hit hit) {
-    bool found = false;
-    hit.value = 0;
+    float value;
+    vec4 cutter = scene.element[0] + vec4(0, radius, 0, 0);
+    bool found = cast_torus(cutter, c, hit.value);
+    if (scene.counts.w == 0 && cast_flat(cutter, c, value)) {
+        if (!found || value > hit.value) hit.value = value;
+        found = true;
+    }
     hit.element = 0;
-    for (uint i = 0; i < scene.counts.z; i++) {
-        vec4 e = scene.element[i];
-        float value, flat_value;
-        bool met;
-        if (i == 0) {
-            e.y += radius;
-            met = cast_torus(e, c, value);
-            if (scene.counts.w == 0 && cast_flat(e, c, flat_value)) {
-                if (!met || flat_value > value) value = flat_value;
-                met = true;
-            }
-        } else {
-            e += vec4(radius, 0, -radius, radius);
-            met = cast_cylinder(e, scene.element[0].x, c, value);
-        }
-        if (!met || (found && value <= hit.value)) continue;
+    for (uint i = 1; i < scene.counts.z; i++) {
+        vec4 e = scene.element[i] + vec4(radius, 0, -radius, radius);
+        if (!cast_cylinder(e, cutter.x, c, value)) continue;
+        if (found && value <= hit.value) continue;
         hit.value = value;
         hit.element = i;
         found = true;

@@ -5,8 +5,8 @@
  * bound shows below the best so far is left out. The winner is then followed on the surface itself,
  * by grids that shrink about the best place.
  *
- * Whatever the order of invocations, the same place wins: a value left out is less than the best,
- * and equal ones are told apart by cell and sample. */
+ * Whatever the order of invocations, the same place wins: all compare with a bound that stands for
+ * the round, and equal values are told apart by cell and sample. */
 
 layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 
@@ -18,13 +18,14 @@ const uint ROUNDS = 1u << 22;
 const float SLACK = 2e-6;
 
 const uint GRID = 7;   /* samples a side when following the winner: odd, the middle is one */
-const uint EXPAND = 3; /* times the surface is expanded anew about the best place */
+const uint EXPAND = 2; /* times the surface is expanded anew about the best place */
 const uint ZOOM = 3;   /* grids on each expansion */
-const float SHRINK = 0.4;
+const float SHRINK = 0.34;
 
 shared uint stack[STACK];
 shared uint list[2 * SIZE_MAX];
 shared uint top, waiting, node_bits[2], cell_bits[2];
+shared uint bound_key; /* some point of the part has that value */
 shared uint best_key, best_index, tried, full;
 shared vec4 best_place; /* u, v, half sides of the grid to come */
 shared uint best_cell;
@@ -53,8 +54,15 @@ uint below(uint bits0, uint bits1, uint lane) {
     return lane < 32 ? bitCount(bits0 & mask) : bitCount(bits0) + bitCount(bits1 & mask);
 }
 
+/* A cell's centre is a point of the part. */
+void raise_bound(btg_gpu_query q, vec4 ball) {
+    btg_ray_hit hit;
+    vec3 s = (ball.xyz - q.origin.xyz) - q.origin_low.xyz;
+    if (ray_cast(q, s, hit)) atomicMax(bound_key, key_of(hit.value));
+}
+
 /* Children of the nodes on top; held, left: what stack and list hold. */
-void open_nodes(btg_gpu_query q, uint held, uint left) {
+void open_nodes(btg_gpu_query q, uint held, uint left, float bound) {
     uint lane = gl_LocalInvocationIndex, nodes = min(held, gl_WorkGroupSize.x / BTG_GPU_FAN);
     nodes = min(nodes, (STACK - held) / (BTG_GPU_FAN - 1));
     bool overflow = nodes == 0;
@@ -69,8 +77,15 @@ void open_nodes(btg_gpu_query q, uint held, uint left) {
         uvec4 here = scene.level[level];
         cell = level == 0;
         entry_ = (level << 28) | index;
-        keep = index < here.y && can_win(q, geometry[here.x + index], value_of(best_key));
-        if (keep && cell) atomicOr(cell_bits[lane >> 5], 1u << (lane & 31u));
+        vec4 ball = vec4(0);
+        if (index < here.y) {
+            ball = geometry[here.x + index];
+            keep = can_win(q, ball, bound);
+        }
+        if (keep && cell) {
+            atomicOr(cell_bits[lane >> 5], 1u << (lane & 31u));
+            raise_bound(q, ball);
+        }
         if (keep && !cell) atomicOr(node_bits[lane >> 5], 1u << (lane & 31u));
     }
     barrier();
@@ -111,9 +126,9 @@ void try_sample(btg_gpu_query q, btg_surface_point c, uint cell, vec2 st, vec2 m
     best.place = vec4(uv, side.zw);
 }
 
-void try_cell(btg_gpu_query q, uint index, inout btg_best best) {
+void try_cell(btg_gpu_query q, uint index, float bound, inout btg_best best) {
     uint cell = scene.starts.x + BTG_GPU_CELL * index;
-    if (!can_win(q, geometry[cell], value_of(best_key))) return;
+    if (!can_win(q, geometry[cell], bound)) return;
     btg_surface_point c = cell_evaluate(q, cell);
     vec2 middle = vec2(geometry[cell + 2].w, geometry[cell + 3].w);
     vec2 side = vec2(geometry[cell + 4].w, geometry[cell + 5].w);
@@ -124,7 +139,10 @@ void try_cell(btg_gpu_query q, uint index, inout btg_best best) {
         for (uint j = 0; j < n; j++)
             try_sample(q, c, cell, vec2(float(i), float(j)) * pitch - 1, middle,
                        vec4(side, side * pitch), triangle, best);
-    if (best.found) atomicMax(best_key, key_of(best.value));
+    if (best.found) {
+        atomicMax(best_key, key_of(best.value));
+        atomicMax(bound_key, key_of(best.value));
+    }
     atomicAdd(tried, 1);
 }
 
@@ -139,20 +157,22 @@ btg_best walk(btg_gpu_query q) {
         stack[0] = (scene.counts.y - 1) << 28;
         top = 1;
         waiting = tried = full = 0;
-        best_key = key_of(q.u.w);
+        best_key = bound_key = key_of(q.u.w);
         best_cell = best_index = 0xffffffffu;
     }
     barrier();
     for (uint round = 0; round < ROUNDS; round++) {
         uint held = top, left = waiting;
+        /* One bound a round for all: what is left out does not hang on who is quicker. */
+        float bound = value_of(bound_key);
         barrier();
         if (held == 0 && left == 0) break;
         if (held == 0 || left >= gl_WorkGroupSize.x) {
             uint n = min(left, gl_WorkGroupSize.x);
-            if (lane < n) try_cell(q, list[left - n + lane], best);
+            if (lane < n) try_cell(q, list[left - n + lane], bound, best);
             if (lane == 0) waiting = left - n;
         } else {
-            open_nodes(q, held, left);
+            open_nodes(q, held, left, bound);
         }
         barrier();
     }
@@ -195,10 +215,10 @@ void zoom(btg_gpu_query q, btg_surface_point c, vec2 middle, bool triangle) {
     if (top_value) atomicMin(best_index, mine);
     barrier();
     if (top_value && mine == best_index) {
-        /* On the grid's border the top lies further that way. */
-        uint i = mine / GRID, j = mine % GRID;
-        bool border = i == 0 || j == 0 || i == GRID - 1 || j == GRID - 1;
-        best_place = vec4(place, at.zw * (border ? 1 : SHRINK));
+        /* On the grid's border, where the item goes on, the top lies further that way. */
+        bvec2 border = greaterThanEqual(abs(place - at.xy), 0.99 * at.zw);
+        bool grow = border.x || border.y;
+        best_place = vec4(place, at.zw * (grow ? 1 : SHRINK));
     }
     barrier();
 }

@@ -168,18 +168,28 @@ static void test_threads(void) {
 
 /* ---- raw ---------------------------------------------------------------------------------- */
 
+/* Samples stand a tenth of the tool's radius apart: of two peaks the lower may be followed where
+ * they differ by less than a sample can miss, pitch^2 / (4 minor radius). */
+#define RAW_WORST_MM 0.07
+/* Single precision of what is followed to its top. */
+#define RAW_MM 1e-5
+
 /* What the device finds by itself: heights to single precision, nothing claimed as proven. */
 static void test_raw(void) {
+    size_t off = 0;
     static btg_position raw[COUNT], proven[COUNT];
     solve("vulkan", 1, raw);
     solve("cpu", 0, proven);
     for (size_t i = 0; i < COUNT; i++) {
         CHECK((raw[i].status == BTG_NO_CONTACT) == (proven[i].status == BTG_NO_CONTACT));
         if (proven[i].status == BTG_NO_CONTACT) continue;
-        CHECK(fabs(raw[i].drop_z_mm - proven[i].drop_z_mm) < 2e-3);
+        double error = fabs(raw[i].drop_z_mm - proven[i].drop_z_mm);
+        CHECK(error < RAW_WORST_MM);
+        if (error > RAW_MM) off++;
         CHECK(isnan(raw[i].bound_mm));
         CHECK(!isnan(proven[i].bound_mm));
     }
+    CHECK(off < COUNT / 50);
 }
 
 static void test_times(void) {

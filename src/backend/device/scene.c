@@ -8,8 +8,8 @@
 
 /* Sizes as parts of the tool's radius: a cell is small against the tool's curvature, samples are
  * near enough to lead to every peak that a tool's width holds. */
-#define CELL_SIDE     0.25
-#define CELL_PITCH    0.07
+#define CELL_SIDE     0.5
+#define CELL_PITCH    0.1
 #define CELL_RESIDUAL 0.003
 /* Cells at the most, where the part does not need more: some 130 MB. */
 #define CELLS_WANTED (1u << 20)

@@ -1,3 +1,4 @@
+#define _GNU_SOURCE /* dladdr */
 #include "backend/vulkan/loader.h"
 #include "core/part.h"
 
@@ -197,6 +198,17 @@ btg_status btg_vulkan_find(const btg_vulkan_debug *debug, btg_vulkan *vulkan,
     return status;
 }
 
+/* A driver once used stays loaded: those that bring a compiler take long to load and leave memory
+ * behind each time they go. */
+static void keep_driver(const btg_vulkan *vk) {
+    Dl_info driver;
+    void *function;
+    memcpy(&function, &vk->CmdDispatch, sizeof function);
+    if (!dladdr(function, &driver) || !driver.dli_fname) return;
+    void *library = dlopen(driver.dli_fname, RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
+    if (library) dlclose(library);
+}
+
 btg_status btg_vulkan_start(btg_vulkan *vk, btg_message *message) {
     float priority = 1;
     VkDeviceQueueCreateInfo queue = {.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
@@ -215,6 +227,7 @@ btg_status btg_vulkan_start(btg_vulkan *vk, btg_message *message) {
     BTG_VULKAN_DEVICE(LOAD)
 #undef LOAD
     vk->GetDeviceQueue(vk->device, vk->queue_family, 0, &vk->queue);
+    keep_driver(vk);
     return BTG_OK;
 }
 

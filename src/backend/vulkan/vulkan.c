@@ -40,9 +40,10 @@ static void lap(double *since, double *sum) {
 static btg_backend_state probe(char *device, size_t size) {
     btg_vulkan vk;
     btg_message message = {""};
-    bool ready = btg_vulkan_find(NULL, &vk, &message) == BTG_OK;
+    bool found = btg_vulkan_find(NULL, &vk, &message) == BTG_OK;
+    bool ready = found && btg_vulkan_start(&vk, &message) == BTG_OK;
     snprintf(device, size, "%s", ready ? vk.name : message.text);
-    if (ready) btg_vulkan_end(&vk);
+    if (found) btg_vulkan_end(&vk);
     return ready ? BTG_BACKEND_READY : BTG_BACKEND_NO_DEVICE;
 }
 
