@@ -25,7 +25,7 @@ typedef struct totals {
 
 static int usage(void) {
     fprintf(stderr,
-            "usage: conformance [test|perf|support|list] [--backend NAME] [--op drop|tilt]\n"
+            "usage: conformance [test|perf|support|list] [--backend NAME,...] [--op drop|tilt]\n"
             "                   [--case PREFIX] [--round N] [--seed N] [--quick] [--data DIR]\n"
             "test     holds every back end that is ready to what is known (default)\n"
             "perf     the same on the papers' parts, with positions a second\n"
@@ -91,6 +91,16 @@ typedef struct runner {
     bool ran[BACKENDS_MAX];
 } runner;
 
+/* `name` is in the list that --backend gave; without one all are. */
+static bool is_asked_for(const options *o, const char *name) {
+    size_t length = strlen(name);
+    if (!o->backend) return true;
+    for (const char *at = o->backend; (at = strstr(at, name)); at += length)
+        if ((at == o->backend || at[-1] == ',') && (at[length] == 0 || at[length] == ','))
+            return true;
+    return false;
+}
+
 static answer *answers_of(const fixture *f, const char *backend) {
     answer *a = calloc(f->count + 1, sizeof *a);
     if (a && fixture_run(f, backend, 0, a)) return a;
@@ -118,7 +128,7 @@ static void run_backend(runner *run, size_t b, check_context *c, rng r) {
 static bool applies(const runner *run, const test_case *t, size_t b) {
     const btg_backend_info *info = &run->info[b];
     if (info->state != BTG_BACKEND_READY) return false;
-    if (run->o->backend && strcmp(run->o->backend, info->name) != 0) return false;
+    if (!is_asked_for(run->o, info->name)) return false;
     return t->checks != CHECK_REFERENCE || strcmp(info->name, "reference") != 0;
 }
 
@@ -142,7 +152,7 @@ static void run_round(runner *run, const test_case *t, int round) {
 static void report(runner *run, const test_case *t, totals *sum) {
     for (size_t b = 0; b < run->backends; b++) {
         const btg_backend_info *info = &run->info[b];
-        if (run->o->backend && strcmp(run->o->backend, info->name) != 0) continue;
+        if (!is_asked_for(run->o, info->name)) continue;
         if (!run->ran[b]) { /* not ready, or the reference, which is not held to itself */
             sum->skipped++;
             continue;
@@ -231,7 +241,7 @@ static int perf(const options *o) {
     for (size_t b = 0; b < btg_backend_count(); b++) {
         btg_backend_info info;
         btg_backend_get_info(b, &info);
-        if (o->backend && strcmp(o->backend, info.name) != 0) continue;
+        if (!is_asked_for(o, info.name)) continue;
         for (size_t k = 0; k < cases_papers.count; k++) {
             const test_case *t = &cases_papers.cases[k];
             if (!wanted(o, t)) continue;
