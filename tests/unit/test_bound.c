@@ -1,0 +1,271 @@
+/* The proven bound: no point of the part is deeper in the placed tool than the answer says. The
+ * deepest point is sought here by dense samples and a search about the deepest of them, with
+ * btg_tool_distance alone. */
+#include "check.h"
+#include "core/part.h"
+#include "hard_parts.h"
+
+#include <stdlib.h>
+
+#define ROUNDS 120
+#define PLACES 6
+#define GRID   48 /* samples of a patch, either way */
+#define SEEDS  6  /* about the deepest of them it is sought deeper */
+#define SIZE   60.0
+/* Rounding of the check itself, mm. */
+#define ROUNDING 1e-12
+
+typedef struct setting {
+    btg_part *part;
+    btg_tool tool;
+    btg_solver_def solver;
+    void *workspace;
+    size_t size;
+    btg_vec3 *sample; /* of the patches */
+} setting;
+
+typedef struct seed {
+    double distance, u, v;
+    uint32_t item;
+} seed;
+
+typedef struct pose {
+    btg_vec3 centre, axis;
+    const char *of;
+} pose;
+
+static long poses, tilted, spent, followed, elsewhere;
+static long above_tolerance;    /* bounds */
+static double closest_to_bound; /* depth, part of the bound */
+static double most_above;       /* bound, part of the tolerance */
+
+static btg_vec3 point_at(const btg_part *part, uint32_t item, double u, double v) {
+    if (item < part->patch_count) return btg_patch_point(&part->patches[item], u, v);
+    btg_vec3 c[3];
+    btg_triangle_corners(part, item - part->patch_count, c);
+    return vec_mad(vec_mad(c[0], vec_sub(c[1], c[0]), u), vec_sub(c[2], c[0]), v);
+}
+
+static double distance_at(const setting *s, const pose *p, seed at) {
+    return btg_tool_distance(&s->tool, p->centre, p->axis, point_at(s->part, at.item, at.u, at.v));
+}
+
+/* Keeps the deepest, in order. */
+static void keep(seed *kept, seed one) {
+    int i = SEEDS;
+    for (; i > 0 && kept[i - 1].distance > one.distance; i--)
+        if (i < SEEDS) kept[i] = kept[i - 1];
+    if (i < SEEDS) kept[i] = one;
+}
+
+static void keep_patch(const setting *s, const pose *p, uint32_t item, seed *kept) {
+    static double d[GRID + 1][GRID + 1];
+    const btg_vec3 *sample = s->sample + item * (GRID + 1) * (GRID + 1);
+    for (int i = 0; i <= GRID; i++)
+        for (int k = 0; k <= GRID; k++)
+            d[i][k] = btg_tool_distance(&s->tool, p->centre, p->axis, sample[i * (GRID + 1) + k]);
+    for (int i = 0; i <= GRID; i++)
+        for (int k = 0; k <= GRID; k++) {
+            double x = d[i][k];
+            bool low = (i == 0 || x <= d[i - 1][k]) && (i == GRID || x <= d[i + 1][k]) &&
+                       (k == 0 || x <= d[i][k - 1]) && (k == GRID || x <= d[i][k + 1]);
+            if (low) keep(kept, (seed){x, (double)i / GRID, (double)k / GRID, item});
+        }
+}
+
+static void keep_triangle(const setting *s, const pose *p, uint32_t item, seed *kept) {
+    seed best = {.distance = INFINITY};
+    for (int i = 0; i <= 4; i++)
+        for (int k = 0; k <= 4 - i; k++) {
+            seed at = {0, 0.25 * i, 0.25 * k, item};
+            at.distance = distance_at(s, p, at);
+            if (at.distance < best.distance) best = at;
+        }
+    keep(kept, best);
+}
+
+/* Downhill by eight steps that halve; along ravines as well as that goes. */
+static double descend(const setting *s, const pose *p, seed at) {
+    bool triangle = at.item >= s->part->patch_count;
+    for (double h = 0.5 / GRID; h > 1e-11;) {
+        seed best = at;
+        for (int i = 0; i < 9; i++) {
+            seed next = {0, at.u + (i / 3 - 1) * h, at.v + (i % 3 - 1) * h, at.item};
+            if (triangle && i == 0) next.u = at.u + h, next.v = at.v - h; /* the third side */
+            if (triangle && i == 8) next.u = at.u - h, next.v = at.v + h;
+            next.u = min2(max2(next.u, 0), 1);
+            next.v = min2(max2(next.v, 0), triangle ? 1 - next.u : 1);
+            next.distance = distance_at(s, p, next);
+            if (next.distance < best.distance) best = next;
+        }
+        if (best.distance < at.distance)
+            at = best;
+        else
+            h *= 0.5;
+    }
+    return at.distance;
+}
+
+static double deepest(const setting *s, const pose *p, const btg_contact *touch) {
+    seed kept[SEEDS];
+    for (int i = 0; i < SEEDS; i++)
+        kept[i] = (seed){.distance = INFINITY};
+    for (uint32_t i = 0; i < s->part->patch_count; i++)
+        keep_patch(s, p, i, kept);
+    for (uint32_t i = 0; i < s->part->triangle_count; i++)
+        keep_triangle(s, p, s->part->patch_count + i, kept);
+    double least = INFINITY;
+    for (int i = 0; i < SEEDS && kept[i].distance < INFINITY; i++)
+        least = min2(least, descend(s, p, kept[i]));
+    if (!touch) return least;
+    seed at = {0, touch->place.u, touch->place.v, touch->place.item};
+    at.distance = distance_at(s, p, at);
+    CHECK_NEAR(at.distance, 0, s->solver.tolerance_mm);
+    return min2(least, descend(s, p, at));
+}
+
+static void check_bound(const setting *s, const pose *p, double bound, const btg_contact *touch) {
+    double depth = -deepest(s, p, touch);
+    poses++;
+    CHECK(isfinite(bound) && bound >= 0);
+    if (bound > s->solver.tolerance_mm) above_tolerance++;
+    most_above = max2(most_above, bound / s->solver.tolerance_mm);
+    if (!(depth <= bound + ROUNDING))
+        fprintf(stderr,
+                "%s: %.6g deep, bound %.6g, tolerance %g, budget %u\n  tool %g %g profile %d, "
+                "centre %a %a %a, axis %a %a %a\n",
+                p->of, depth, bound, s->solver.tolerance_mm, s->solver.node_budget,
+                s->tool.def.major_radius_mm, s->tool.def.minor_radius_mm, (int)s->tool.def.profile,
+                p->centre.x, p->centre.y, p->centre.z, p->axis.x, p->axis.y, p->axis.z);
+    CHECK(depth <= bound + ROUNDING);
+    closest_to_bound = max2(closest_to_bound, depth / bound);
+}
+
+/* ---- the two questions -------------------------------------------------------------------- */
+
+static void check_tilt(const setting *s, const btg_drop_query *query,
+                       const btg_drop_result *first) {
+    btg_tilt_query f;
+    btg_tilt_result r;
+    if (btg_position_tilt_query(&s->tool, &s->solver, query, first, &f) != BTG_OK) return;
+    btg_status status = btg_tilt(s->part, &s->tool, &s->solver, &f, s->workspace, s->size, &r);
+    CHECK(status >= 0 || status == BTG_ERROR_GOUGE);
+    if (status < 0) return;
+    bool two = status == BTG_OK;
+    tilted += two;
+    spent += status == BTG_BUDGET;
+    CHECK(status != BTG_BUDGET || s->solver.node_budget < 1000);
+    double c = cos(r.tilt_rad), sine = sin(r.tilt_rad);
+    btg_vec3 v = vec_mad(vec_scale(f.v, c), f.w, -sine);
+    pose p = {vec_mad(f.o1, v, s->tool.def.major_radius_mm), vec_mad(vec_scale(f.w, c), f.v, sine),
+              btg_status_name(status)};
+    check_bound(s, &p, r.bound_mm, two ? &r.contact : NULL);
+}
+
+static void check_place(setting *s, double x, double y) {
+    static const uint32_t budget[] = {1000000, 1, 10, 100};
+    btg_drop_query query = btg_position_drop_query(x, y);
+    btg_drop_result first = {0}, r;
+    for (int i = 0; i < 4; i++) {
+        s->solver.node_budget = budget[i];
+        btg_status status =
+            btg_drop(s->part, &s->tool, &s->solver, &query, s->workspace, s->size, &r);
+        CHECK(status == BTG_OK || status == BTG_NO_CONTACT || (i > 0 && status == BTG_BUDGET));
+        if (i == 0) first = r;
+        CHECK((first.status == BTG_NO_CONTACT) <= (status != BTG_OK));
+        if (first.status != BTG_OK) continue;
+        CHECK(status != BTG_NO_CONTACT);
+        CHECK(status != BTG_BUDGET || r.height_mm >= first.height_mm - s->solver.tolerance_mm);
+        spent += status == BTG_BUDGET;
+        pose p = {vec(x, y, r.height_mm), query.axis, "drop"};
+        check_bound(s, &p, r.bound_mm, status == BTG_OK ? &r.contact : NULL);
+        check_tilt(s, &query, &first);
+    }
+    s->solver.node_budget = 1000000;
+}
+
+/* ---- followed ----------------------------------------------------------------------------- */
+
+static btg_position solve(const setting *s, double x, double y, const btg_position *neighbour) {
+    btg_position p = {0};
+    CHECK(btg_position_follow(s->part, &s->tool, &s->solver, x, y, neighbour, s->workspace, s->size,
+                              &p) >= 0);
+    return p;
+}
+
+static void check_same(const setting *s, const btg_position *want, const btg_position *got) {
+    bool none = want->status == BTG_NO_CONTACT;
+    CHECK((got->status == BTG_NO_CONTACT) == none);
+    if (none) return;
+    followed++;
+    pose p = {vec_mad(got->tip, got->axis, s->tool.element[0].corner_radius_mm), got->axis,
+              "followed"};
+    check_bound(s, &p, got->bound_mm, NULL);
+    CHECK_NEAR(got->drop_z_mm, want->drop_z_mm, s->solver.tolerance_mm);
+    /* Of two equal contacts either may be P, and then the tilt is another. */
+    if (vec_norm(vec_sub(got->p.point, want->p.point)) > 1e-6) {
+        elsewhere++;
+        return;
+    }
+    double apart = vec_norm(vec_sub(got->tip, want->tip));
+    double turned = vec_norm(vec_sub(got->axis, want->axis)) * s->tool.def.minor_radius_mm;
+    CHECK_NEAR(apart, 0, s->solver.tolerance_mm);
+    CHECK_NEAR(turned, 0, s->solver.tolerance_mm);
+}
+
+static void check_follow(const setting *s, rng *r, double x, double y) {
+    btg_position want = solve(s, x, y, NULL);
+    double far_x = rng_range(r, 0, SIZE), far_y = rng_range(r, 0, SIZE);
+    btg_position from[3] = {solve(s, x + 0.4, y - 0.3, NULL), solve(s, far_x, far_y, NULL), want};
+    uint32_t items = s->part->patch_count + s->part->triangle_count;
+    from[2].p.place.item = (uint32_t)rng_pick(r, (int)items);
+    from[2].q.place.item = (uint32_t)rng_pick(r, (int)items);
+    from[2].p.place.u = from[2].p.place.v = from[2].q.place.u = from[2].q.place.v = 0.25;
+    for (int i = 0; i < 3; i++) {
+        btg_position got = solve(s, x, y, &from[i]);
+        check_same(s, &want, &got);
+    }
+}
+
+static void make_part(setting *s, rng *r, int round) {
+    model m = {0};
+    if (round % 3 != 2) hard_add_patch(&m, r, (hard_patch)(round % HARD_PATCHES), SIZE);
+    if (round % 3 > 0) hard_add_mesh(&m, r, (hard_mesh)(round % HARD_MESHES), SIZE);
+    s->part = model_part(&m);
+    model_free(&m);
+    s->size = btg_workspace_size(s->part);
+    s->workspace = malloc(s->size);
+    s->sample =
+        malloc(sizeof *s->sample * ((size_t)s->part->patch_count * (GRID + 1) * (GRID + 1) + 1));
+    btg_vec3 *at = s->sample;
+    for (uint32_t item = 0; item < s->part->patch_count; item++)
+        for (int i = 0; i < (GRID + 1) * (GRID + 1); i++)
+            *at++ = point_at(s->part, item, (double)(i / (GRID + 1)) / GRID,
+                             (double)(i % (GRID + 1)) / GRID);
+}
+
+int main(void) {
+    int rounds = hard_rounds(ROUNDS);
+    for (int i = 0; i < rounds; i++) {
+        rng r = rng_of(4, "bound", (uint64_t)i);
+        setting s = {.solver = btg_solver_def_default()};
+        make_part(&s, &r, i);
+        for (int k = 0; k < PLACES; k++) {
+            s.tool = hard_tool(rng_pick(&r, HARD_TOOLS));
+            s.solver.tolerance_mm = k % 2 ? 1e-6 : 1e-3;
+            /* the middle: two equal contacts on the ridges */
+            double x = k == 0 ? 0.5 * SIZE : rng_range(&r, 0, SIZE), y = rng_range(&r, 0, SIZE);
+            check_place(&s, x, y);
+            check_follow(&s, &r, x, y);
+        }
+        free(s.sample);
+        free(s.workspace);
+        btg_part_destroy(s.part);
+    }
+    printf("%ld poses (%ld tilted to Q, %ld out of budget, %ld followed, %ld of them to another "
+           "P); depth at most %.3g of the bound\n",
+           poses, tilted, spent, followed, elsewhere, closest_to_bound);
+    printf("%ld bounds above the tolerance, at most %.4g times it\n", above_tolerance, most_above);
+    CHECK(above_tolerance == 0); /* a bound is at most the tolerance (bitangent.h) */
+    return check_result();
+}
