@@ -7,12 +7,12 @@
 
 #include <stdlib.h>
 
-#define ROUNDS 200
+#define ROUNDS 100
 #define PLACES 6
 #define GRID   48 /* samples of a patch, either way */
 #define SEEDS  6  /* about the deepest of them it is sought deeper */
 #define SIZE   60.0
-#define BUDGET 20000 /* enough for all but a few */
+#define BUDGET 4000 /* enough for all but a few */
 /* Rounding of the check itself, mm. */
 #define ROUNDING 1e-12
 
