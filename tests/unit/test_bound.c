@@ -7,10 +7,11 @@
 
 #include <stdlib.h>
 
-#define ROUNDS 100
+#define ROUNDS 300
 #define PLACES 6
 #define GRID   48 /* samples of a patch, either way */
 #define SEEDS  6  /* about the deepest of them it is sought deeper */
+#define STEPS  300
 #define SIZE   60.0
 #define BUDGET 4000 /* enough for all but a few */
 /* Rounding of the check itself, mm. */
@@ -88,7 +89,8 @@ static void keep_triangle(const setting *s, const pose *p, uint32_t item, seed *
 /* Downhill by eight steps that halve; along ravines as well as that goes. */
 static double descend(const setting *s, const pose *p, seed at) {
     bool triangle = at.item >= s->part->patch_count;
-    for (double h = 0.5 / GRID; h > 1e-11;) {
+    double h = 0.5 / GRID;
+    for (int step = 0; step < STEPS && h > 1e-11; step++) {
         seed best = at;
         for (int i = 0; i < 9; i++) {
             seed next = {0, at.u + (i / 3 - 1) * h, at.v + (i % 3 - 1) * h, at.item};
