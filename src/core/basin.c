@@ -252,32 +252,60 @@ bool btg_basins_cover(btg_search *search, const btg_region *region, uint32_t ele
 
 /* ---- about P ------------------------------------------------------------------------------ */
 
-/* So close by next to nothing of the meridian's curvature need be spent. */
-#define SHARE_AT_P 1e-3
+/* How far the slopes at a place lead down into the item within reach; slopes up at a patch's edges
+ * are turned into curvature, as for basins. */
+static double slopes_down(const btg_search *search, const expansion *x, btg_place at, double reach,
+                          double *uu, double *vv) {
+    double low_u = 0 - at.u, high_u = 1 - at.u, low_v = 0 - at.v, high_v = 1 - at.v;
+    if (btg_is_triangle(search->part, at.item)) { /* towards its corners */
+        const double corner[3][2] = {{low_u, low_v}, {high_u, low_v}, {low_u, high_v}};
+        double down = 0;
+        for (int k = 0; k < 3; k++) {
+            double u = corner[k][0] * x->speed_u, v = corner[k][1] * x->speed_v;
+            double way = norm2(u, v), slope = x->gu * u + x->gv * v;
+            if (way > 0) down = max2(down, -slope / way);
+        }
+        return down * reach;
+    }
+    double down_u = at.u <= 0 ? max2(-x->gu, 0) : (at.u >= 1 ? max2(x->gu, 0) : fabs(x->gu));
+    double down_v = at.v <= 0 ? max2(-x->gv, 0) : (at.v >= 1 ? max2(x->gv, 0) : fabs(x->gv));
+    *uu = at.u <= 0 || at.u >= 1 ? 2 * max2(fabs(x->gu) - down_u, 0) / reach : 0;
+    *vv = at.v <= 0 || at.v >= 1 ? 2 * max2(fabs(x->gv) - down_v, 0) / reach : 0;
+    return (down_u + down_v) * reach;
+}
 
-/* On P's own sheet by the lower bound of the distance, whose curvature there is no less than 0 but
- * for rounding. Another sheet that meets P was clear of the tool as it stood at first; since then
- * the tool has turned about P, where its curvature is at most that of its radii. */
-double btg_search_deep_at_p(const btg_search *search) {
+/* How deep one item at P can be in the tool within reach: by the lower bound of the distance, at
+ * several shares, for so close by next to nothing need be spent. */
+static double deep_of_sheet(const btg_search *search, btg_place at, double reach) {
+    static const double share[] = {1e-4, 1e-2, 0.4};
     const btg_tool_element *e = &search->query.tool->element[0];
-    double reach = sqrt(search->query.p_clearance2), radius = e->corner_radius_mm;
-    if (!(radius > 0)) radius = e->ring_radius_mm;
-    if (search->sheet_count > 1) return reach * reach / radius;
     btg_surface_point s;
     expansion x;
-    lower_bound b;
-    btg_part_point(search->part, search->p_place, &s);
-    if (!expand(search, e, search->p_place.item, &s, &x)) return reach * reach / radius;
-    if (!bound_within(&x, &(span){reach, reach, reach}, SHARE_AT_P, &b))
-        return reach * reach / radius;
-    /* at an edge of the item the distance rises inward */
-    bool edge_u = search->p_place.u <= 0 || search->p_place.u >= 1;
-    bool edge_v = search->p_place.v <= 0 || search->p_place.v >= 1;
-    b.huu += edge_u ? 2 * fabs(x.gu) / reach : 0;
-    b.hvv += edge_v ? 2 * fabs(x.gv) / reach : 0;
-    double least = 0.5 * (b.huu + b.hvv) - norm2(0.5 * (b.huu - b.hvv), b.huv);
-    double deep = max2(-0.5 * least * reach * reach, 0) + b.cubic * reach * reach * reach;
-    return max2(-x.distance, 0) + deep;
+    btg_part_point(search->part, at, &s);
+    if (!expand(search, e, at.item, &s, &x)) return INFINITY;
+    double uu = 0, vv = 0, best = INFINITY, down = slopes_down(search, &x, at, reach, &uu, &vv);
+    for (int i = 0; i < 3; i++) {
+        lower_bound b;
+        if (!bound_within(&x, &(span){reach, reach, reach}, share[i], &b)) continue;
+        b.huu += uu;
+        b.hvv += vv;
+        double least = 0.5 * (b.huu + b.hvv) - norm2(0.5 * (b.huu - b.hvv), b.huv);
+        best = min2(best, max2(-0.5 * least * reach * reach, 0) + b.cubic * reach * reach * reach);
+    }
+    return max2(-x.distance, 0) + down + best;
+}
+
+double btg_search_deep_at_p(const btg_search *search) {
+    const btg_tool_element *e = &search->query.tool->element[0];
+    double reach = sqrt(search->query.p_clearance2), deep = 0, radius = e->corner_radius_mm;
+    if (!(radius > 0)) radius = e->ring_radius_mm;
+    /* Any item there was clear of the tool as it stood at first; since then the tool has turned
+     * about P, and its sides there have moved by what their curvature makes of the reach. */
+    double most = reach * reach / radius;
+    if (search->stranger_at_p || search->sheet_count == BTG_SHEETS_MAX) return most;
+    for (uint32_t i = 0; i < search->sheet_count; i++)
+        deep = max2(deep, min2(most, deep_of_sheet(search, search->sheet[i], reach)));
+    return deep;
 }
 
 /* ---- cells -------------------------------------------------------------------------------- */

@@ -22,29 +22,20 @@ static double reach_from(const btg_region *region, btg_vec3 point, btg_vec3 n) {
     return btg_cell_reach(&region->cell, n) + vec_dot(n, vec_sub(region->cell.centre, point));
 }
 
-/* How much nearer than the tangent plane at a point says a hollow torus can be. Its inner side
- * bends towards points that stand aside from the point's half-plane: a step t aside turns the
- * radius outward by `outward`, and brings the ring nearer by that times the slope (Ro - r) / D.
- * The slope grows with the step rho inward, but so does the distance, by the meridian's curvature:
- * of c rho^2 / 2 - A rho no more than A^2 / (2 c) is lost. */
+/* How much nearer than the tangent plane at a point says a hollow torus can be. As a function of
+ * radius and height the distance is convex. On the inner side, where it falls with the radius, what
+ * is left is that the radius grows by more than the way along the point's own: by
+ * sqrt(x^2 + t^2) - x, x the place along that way and t aside of it. */
 static double hollow_bend(const btg_search *search, const btg_region *region,
-                          const btg_tool_element *e, const btg_ray_distance *d, btg_vec3 point) {
+                          const btg_ray_distance *d, btg_vec3 point) {
     btg_vec3 radial = vec_cross(d->ring_tangent, search->at.axis);
+    double slope = vec_dot(d->normal, radial);
+    if (slope >= 0) return 0;
     double r = vec_dot(vec_sub(point, search->at.centre), radial);
     double low = r - reach_from(region, point, vec_scale(radial, -1));
-    if (low >= e->ring_radius_mm) return 0;
-    if (low < 0) low = 0;
     double aside = max2(reach_from(region, point, d->ring_tangent),
                         reach_from(region, point, vec_scale(d->ring_tangent, -1)));
-    double outward = sqrt(low * low + aside * aside) - low;
-    double ring = d->distance + e->corner_radius_mm;
-    double far = region->radius + vec_norm(vec_sub(region->cell.centre, point));
-    if (!(ring > far)) return outward;
-    double a = outward / (ring - far), inside = max2(e->ring_radius_mm - r, 0);
-    double along = max2(reach_from(region, point, d->normal),
-                        reach_from(region, point, vec_scale(d->normal, -1)));
-    double tilted = fabs(vec_dot(d->normal, radial)) * along;
-    return min2(outward, a * (inside + tilted) + 0.5 * a * a * (ring + far));
+    return -slope * (norm2(low, aside) - low);
 }
 
 /* The bound by the plane that touches the distance at a point of the region's own plane figure. */
@@ -52,7 +43,7 @@ static double bound_by_plane(const btg_search *search, const btg_region *region,
                              const btg_tool_element *e, const btg_ray_distance *d, btg_vec3 point) {
     double low = d->distance - reach_from(region, point, vec_scale(d->normal, -1));
     if (low < -search->tolerance || !e->hollow) return low;
-    return low - hollow_bend(search, region, e, d, point);
+    return low - hollow_bend(search, region, d, point);
 }
 
 /* Under the hollow: the bound by the region's extent in radius and height. Near the axis, where the
@@ -300,6 +291,18 @@ static bool clear_of_the_rest(const btg_search *search, const btg_region *region
     return true;
 }
 
+/* TILT: all of it is so near P that the limits there speak for it. */
+static bool within_p(btg_search *search, const btg_region *region) {
+    const btg_ray_query *q = &search->query;
+    double from_p = vec_norm(vec_sub(region->cell.centre, q->p)) + region->radius;
+    if (from_p * from_p >= q->p_clearance2) return false;
+    bool known = false;
+    for (uint32_t i = 0; i < search->sheet_count && !known; i++)
+        known = search->sheet[i].item == region->cell.item;
+    if (!known) search->stranger_at_p = true;
+    return true;
+}
+
 bool btg_search_clear(btg_search *search, const btg_region *region) {
     const btg_ray_query *q = &search->query;
     if (q->op == BTG_OP_DROP) {
@@ -308,8 +311,7 @@ bool btg_search_clear(btg_search *search, const btg_region *region) {
             if (!clear_as_placed(search, region, i)) return false;
         return true;
     }
-    double from_p = vec_norm(vec_sub(region->cell.centre, q->p)) + region->radius;
-    if (from_p * from_p < q->p_clearance2) return true; /* the limits at P speak for it */
+    if (within_p(search, region)) return true;
     return clear_of_cutter(search, region) && clear_of_the_rest(search, region);
 }
 
@@ -336,7 +338,6 @@ bool btg_search_clear_piece(btg_search *search, const btg_region *region,
             if (!clear_as_placed(search, region, i)) return false;
         return true;
     }
-    double from_p = vec_norm(vec_sub(region->cell.centre, q->p)) + region->radius;
-    if (from_p * from_p < q->p_clearance2) return true;
+    if (within_p(search, region)) return true;
     return piece_clear_of_cutter(search, region, bound, k) && clear_of_the_rest(search, region);
 }

@@ -68,6 +68,7 @@ typedef struct btg_search {
     btg_place start;                 /* near the answer, says the caller */
     btg_place sheet[BTG_SHEETS_MAX]; /* the part's places at P, one an item */
     uint32_t sheet_count;
+    bool stranger_at_p; /* an item that is none of these comes within the clearance about P */
 
     btg_block block; /* that is being looked at */
     btg_block_bound bounds;

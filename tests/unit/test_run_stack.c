@@ -14,7 +14,7 @@
  * make of it now. The aim is 2048 everywhere. Machines without vector registers for doubles keep
  * the search's lanes on the stack. */
 #if defined(__x86_64__)
-#define RUN_STACK_MAX_BYTES 5400
+#define RUN_STACK_MAX_BYTES 3900
 #else
 #define RUN_STACK_MAX_BYTES 10000
 #endif
