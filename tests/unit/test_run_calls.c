@@ -20,16 +20,6 @@
 #define STEPS_PER_LOAD 20 /* of each kind */
 #define EXIT_CAUGHT    99
 #define EXIT_NO_FILTER 98
-#define EXIT_SKIPPED   77
-
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define SANITIZED 1
-#endif
-#endif
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define SANITIZED 1
-#endif
 
 /* What a child tells: it may not write. */
 typedef struct report {

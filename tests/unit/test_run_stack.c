@@ -23,17 +23,7 @@
 #define STACK_BYTES    ((size_t)1 << 20)
 #define PAINT          0xa5
 /* Painting starts this far below the painter's own frame. */
-#define FRAME_BYTES  256
-#define EXIT_SKIPPED 77
-
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define SANITIZED 1
-#endif
-#endif
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define SANITIZED 1
-#endif
+#define FRAME_BYTES 256
 
 typedef struct probe {
     unsigned char *bottom; /* of the thread's stack, which grows down to it */
