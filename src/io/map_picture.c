@@ -85,40 +85,6 @@ static btg_status draw_field(const sheet *s, const btg_verify_map *map,
     return BTG_OK;
 }
 
-static void draw_axis(const sheet *s, bool vertical) {
-    double from = vertical ? s->y_min : s->x_min, to = vertical ? s->y_max : s->x_max;
-    double length = vertical ? s->height : s->width;
-    double step = btg_sheet_step(to - from, fmax(length / 70, 1));
-    for (double k = ceil(from / step); k * step <= to; ++k) {
-        char label[32];
-        btg_sheet_number(label, sizeof label, k * step, step);
-        double off = (k * step - from) * s->scale;
-        double x = vertical ? s->left : floor(s->left + off) + 0.5;
-        double y = vertical ? floor(s->top + s->height - off) + 0.5 : s->top + s->height;
-        cairo_move_to(s->cr, x, y);
-        cairo_rel_line_to(s->cr, vertical ? -6 : 0, vertical ? 0 : 6);
-        cairo_stroke(s->cr);
-        btg_sheet_text(s->cr, vertical ? x - 10 : x, vertical ? y + 5 : y + 22, TEXT_SIZE,
-                       vertical ? 1 : 0.5, label);
-    }
-}
-
-static void draw_frame(const sheet *s) {
-    btg_sheet_ink(s->cr, colour_ink, 1);
-    cairo_set_line_width(s->cr, 1);
-    cairo_rectangle(s->cr, s->left - 0.5, s->top - 0.5, s->width + 1, s->height + 1);
-    cairo_stroke(s->cr);
-    draw_axis(s, false);
-    draw_axis(s, true);
-    btg_sheet_text(s->cr, s->left + s->width / 2, s->top + s->height + 46, TEXT_SIZE + 1, 0.5,
-                   "x, mm");
-    cairo_save(s->cr);
-    cairo_translate(s->cr, s->left - 58, s->top + s->height / 2);
-    cairo_rotate(s->cr, -TURN / 4);
-    btg_sheet_text(s->cr, 0, 0, TEXT_SIZE + 1, 0.5, "y, mm");
-    cairo_restore(s->cr);
-}
-
 /* ---- the panel ---------------------------------------------------------------------------- */
 
 static double heading(cairo_t *cr, double y, const char *text) {
@@ -194,18 +160,11 @@ static void draw_titles(cairo_t *cr, const char *title, const btg_verify_result 
 
 static void draw_worst(const sheet *s, const btg_verify_result *r) {
     if (r->gouge.position == 0) return;
-    double x = s->left + (r->gouge.at.x - s->x_min) * s->scale;
-    double y = s->top + (s->y_max - r->gouge.at.y) * s->scale;
+    double x = btg_sheet_x(s, r->gouge.at.x), y = btg_sheet_y(s, r->gouge.at.y);
     btg_sheet_ink(s->cr, colour_ink, 1);
     cairo_set_line_width(s->cr, 1.5);
     cairo_arc(s->cr, x, y, 9, 0, TURN);
     cairo_stroke(s->cr);
-}
-
-static cairo_status_t write_bytes(void *output, const unsigned char *data, unsigned length) {
-    btg_output *o = output;
-    btg_output_write(o, (const char *)data, length);
-    return o->error ? CAIRO_STATUS_WRITE_ERROR : CAIRO_STATUS_SUCCESS;
 }
 
 btg_status btg_map_png(const btg_verify_map *map, const btg_verify_result *result,
@@ -221,12 +180,10 @@ btg_status btg_map_png(const btg_verify_map *map, const btg_verify_result *resul
     draw_titles(s.cr, title, result);
     btg_status status = draw_field(&s, map, scale);
     draw_worst(&s, result);
-    draw_frame(&s);
+    btg_sheet_axes(&s);
     draw_panel(s.cr, result, scale);
     if (cairo_status(s.cr) != CAIRO_STATUS_SUCCESS) status = BTG_ERROR_MEMORY;
-    if (status >= 0 &&
-        cairo_surface_write_to_png_stream(surface, write_bytes, output) == CAIRO_STATUS_NO_MEMORY)
-        status = BTG_ERROR_MEMORY;
+    if (status >= 0) status = btg_sheet_png(surface, output);
     cairo_destroy(s.cr);
     cairo_surface_destroy(surface);
     if (status >= 0) return btg_output_check(output, message);

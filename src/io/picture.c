@@ -86,13 +86,6 @@ static void place_plot(sheet *s, const btg_part *part, const btg_picture *pictur
     s->mark = fmin(fmax(0.09 * room, 0.6), 2.8);
 }
 
-static double sheet_x(const sheet *s, double x) {
-    return s->left + (x - s->x_min) * s->scale;
-}
-static double sheet_y(const sheet *s, double y) {
-    return s->top + (s->y_max - y) * s->scale;
-}
-
 /* ---- the part ---------------------------------------------------------------------------- */
 
 /* Darker below 1, towards white above. */
@@ -173,49 +166,17 @@ static btg_status draw_part(const sheet *s, const btg_part *part) {
     return BTG_OK;
 }
 
-static void draw_axis(const sheet *s, int vertical) {
-    double from = vertical ? s->y_min : s->x_min, to = vertical ? s->y_max : s->x_max;
-    double length = vertical ? s->height : s->width;
-    double step = btg_sheet_step(to - from, fmax(length / 70, 1));
-    for (double k = ceil(from / step); k * step <= to; ++k) {
-        char label[32];
-        btg_sheet_number(label, sizeof label, k * step, step);
-        double x = vertical ? s->left : floor(sheet_x(s, k * step)) + 0.5;
-        double y = vertical ? floor(sheet_y(s, k * step)) + 0.5 : s->top + s->height;
-        cairo_move_to(s->cr, x, y);
-        cairo_rel_line_to(s->cr, vertical ? -6 : 0, vertical ? 0 : 6);
-        cairo_stroke(s->cr);
-        btg_sheet_text(s->cr, vertical ? x - 10 : x, vertical ? y + 5 : y + 22, TEXT_SIZE,
-                       vertical ? 1 : 0.5, label);
-    }
-}
-
-static void draw_axes(const sheet *s) {
-    btg_sheet_ink(s->cr, colour_ink, 1);
-    cairo_set_line_width(s->cr, 1);
-    cairo_rectangle(s->cr, s->left - 0.5, s->top - 0.5, s->width + 1, s->height + 1);
-    cairo_stroke(s->cr);
-    draw_axis(s, 0);
-    draw_axis(s, 1);
-    btg_sheet_text(s->cr, s->left + s->width / 2, s->top + s->height + 46, TEXT_SIZE + 1, 0.5,
-                   "x, mm");
-    cairo_save(s->cr);
-    cairo_translate(s->cr, s->left - 58, s->top + s->height / 2);
-    cairo_rotate(s->cr, -1.5707963267948966);
-    btg_sheet_text(s->cr, 0, 0, TEXT_SIZE + 1, 0.5, "y, mm");
-    cairo_restore(s->cr);
-}
-
 /* ---- the path ---------------------------------------------------------------------------- */
 
 static void mark_at(const sheet *s, mark_kind kind, const double at[2]) {
-    if (exists(at)) btg_sheet_mark(s->cr, kind, sheet_x(s, at[0]), sheet_y(s, at[1]), s->mark);
+    if (exists(at))
+        btg_sheet_mark(s->cr, kind, btg_sheet_x(s, at[0]), btg_sheet_y(s, at[1]), s->mark);
 }
 
 static void draw_join(const sheet *s, const btg_picture_mark *m) {
     if (m->status != BTG_OK || !exists(m->p_mm) || !exists(m->q_mm)) return;
-    cairo_move_to(s->cr, sheet_x(s, m->p_mm[0]), sheet_y(s, m->p_mm[1]));
-    cairo_line_to(s->cr, sheet_x(s, m->q_mm[0]), sheet_y(s, m->q_mm[1]));
+    cairo_move_to(s->cr, btg_sheet_x(s, m->p_mm[0]), btg_sheet_y(s, m->p_mm[1]));
+    cairo_line_to(s->cr, btg_sheet_x(s, m->q_mm[0]), btg_sheet_y(s, m->q_mm[1]));
     cairo_stroke(s->cr);
 }
 
@@ -243,12 +204,6 @@ static void draw_path(const sheet *s, const btg_picture *picture) {
 
 /* ---- the file ---------------------------------------------------------------------------- */
 
-static cairo_status_t write_bytes(void *output, const unsigned char *data, unsigned length) {
-    btg_output *o = output;
-    btg_output_write(o, (const char *)data, length);
-    return o->error ? CAIRO_STATUS_WRITE_ERROR : CAIRO_STATUS_SUCCESS;
-}
-
 static void draw_titles(cairo_t *cr, const char *title, size_t count) {
     char line[96];
     btg_sheet_ink(cr, colour_ink, 1);
@@ -267,7 +222,7 @@ static btg_status draw(const sheet *s, const btg_part *part, const btg_tool *too
     btg_status status = draw_part(s, part);
     if (status < 0) return status;
     draw_path(s, picture);
-    draw_axes(s);
+    btg_sheet_axes(s);
     btg_sheet_panel(s, tool, picture);
     return cairo_status(s->cr) == CAIRO_STATUS_SUCCESS ? BTG_OK : BTG_ERROR_MEMORY;
 }
@@ -282,9 +237,7 @@ btg_status btg_picture_write(const btg_picture *picture, btg_output *output, con
     s.cr = cairo_create(surface);
     btg_status status = BTG_ERROR_MEMORY;
     if (!picture->short_of_memory) status = draw(&s, part, tool, picture, title);
-    if (status >= 0 &&
-        cairo_surface_write_to_png_stream(surface, write_bytes, output) == CAIRO_STATUS_NO_MEMORY)
-        status = BTG_ERROR_MEMORY;
+    if (status >= 0) status = btg_sheet_png(surface, output);
     cairo_destroy(s.cr);
     cairo_surface_destroy(surface);
     if (status >= 0) return btg_output_check(output, message);

@@ -1,15 +1,16 @@
 #include "io/picture_sheet.h"
+#include "io/palette.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-const colour colour_p = {0.000, 0.447, 0.698};
-const colour colour_q = {0.835, 0.369, 0.000};
-const colour colour_osculating = {0.545, 0.110, 0.420};
-const colour colour_single = {0.05, 0.05, 0.05};
+const colour colour_p = {BTG_RGB_P};
+const colour colour_q = {BTG_RGB_Q};
+const colour colour_osculating = {BTG_RGB_OSCULATING};
+const colour colour_single = {BTG_RGB_SINGLE};
 const colour colour_foot = {0.36, 0.38, 0.42};
-const colour colour_ink = {0.13, 0.15, 0.18};
+const colour colour_ink = {BTG_RGB_INK};
 const colour colour_bar = {0.42, 0.49, 0.56};
 
 /* Pale, so that marks stand out; lightness alone tells the order. */
@@ -148,4 +149,58 @@ void btg_sheet_mark(cairo_t *cr, mark_kind kind, double x, double y, double r) {
         cairo_fill(cr);
         break;
     }
+}
+
+/* ---- axes and file ------------------------------------------------------------------------ */
+
+double btg_sheet_x(const sheet *s, double x_mm) {
+    return s->left + (x_mm - s->x_min) * s->scale;
+}
+
+double btg_sheet_y(const sheet *s, double y_mm) {
+    return s->top + (s->y_max - y_mm) * s->scale;
+}
+
+static void draw_axis(const sheet *s, bool vertical) {
+    double from = vertical ? s->y_min : s->x_min, to = vertical ? s->y_max : s->x_max;
+    double length = vertical ? s->height : s->width;
+    double step = btg_sheet_step(to - from, fmax(length / 70, 1));
+    for (double k = ceil(from / step); k * step <= to; ++k) {
+        char label[32];
+        btg_sheet_number(label, sizeof label, k * step, step);
+        double x = vertical ? s->left : floor(btg_sheet_x(s, k * step)) + 0.5;
+        double y = vertical ? floor(btg_sheet_y(s, k * step)) + 0.5 : s->top + s->height;
+        cairo_move_to(s->cr, x, y);
+        cairo_rel_line_to(s->cr, vertical ? -6 : 0, vertical ? 0 : 6);
+        cairo_stroke(s->cr);
+        btg_sheet_text(s->cr, vertical ? x - 10 : x, vertical ? y + 5 : y + 22, TEXT_SIZE,
+                       vertical ? 1 : 0.5, label);
+    }
+}
+
+void btg_sheet_axes(const sheet *s) {
+    btg_sheet_ink(s->cr, colour_ink, 1);
+    cairo_set_line_width(s->cr, 1);
+    cairo_rectangle(s->cr, s->left - 0.5, s->top - 0.5, s->width + 1, s->height + 1);
+    cairo_stroke(s->cr);
+    draw_axis(s, false);
+    draw_axis(s, true);
+    btg_sheet_text(s->cr, s->left + s->width / 2, s->top + s->height + 46, TEXT_SIZE + 1, 0.5,
+                   "x, mm");
+    cairo_save(s->cr);
+    cairo_translate(s->cr, s->left - 58, s->top + s->height / 2);
+    cairo_rotate(s->cr, -TURN / 4);
+    btg_sheet_text(s->cr, 0, 0, TEXT_SIZE + 1, 0.5, "y, mm");
+    cairo_restore(s->cr);
+}
+
+static cairo_status_t write_bytes(void *output, const unsigned char *data, unsigned length) {
+    btg_output *o = output;
+    btg_output_write(o, (const char *)data, length);
+    return o->error ? CAIRO_STATUS_WRITE_ERROR : CAIRO_STATUS_SUCCESS;
+}
+
+btg_status btg_sheet_png(cairo_surface_t *surface, btg_output *output) {
+    cairo_status_t status = cairo_surface_write_to_png_stream(surface, write_bytes, output);
+    return status == CAIRO_STATUS_NO_MEMORY ? BTG_ERROR_MEMORY : BTG_OK;
 }

@@ -70,6 +70,15 @@ double btg_sheet_contour_step(const sheet *s);
 
 /* 1, 2 or 5 times a power of ten that cuts `range` into at most `steps`. */
 double btg_sheet_step(double range, double steps);
+/* A place of the plot, mm, on the sheet, pixels. */
+double btg_sheet_x(const sheet *s, double x_mm);
+double btg_sheet_y(const sheet *s, double y_mm);
+/* Frame of the plot, its axes with numbers, and their names. */
+void btg_sheet_axes(const sheet *s);
+
+/* ERROR_MEMORY; errors of writing latch in the output. */
+btg_status btg_sheet_png(cairo_surface_t *surface, btg_output *output);
+
 /* With the decimals that multiples of `step` need. */
 void btg_sheet_number(char *buffer, size_t size, double value, double step);
 
