@@ -4,6 +4,7 @@
 
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 #include <time.h>
 
 static void say(const char *option, const char *format, va_list arguments) {
@@ -39,6 +40,11 @@ int app_code(btg_status status) {
     default:
         return APP_UNUSABLE;
     }
+}
+
+const char *app_file_name(const char *path) {
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
 }
 
 double app_seconds(void) {

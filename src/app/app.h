@@ -27,6 +27,9 @@ bool app_refuse(const char *option, const char *format, ...)
 /* Exit code for an error of the library: a bad argument or input is the caller's, 2. */
 int app_code(btg_status status);
 
+/* A path without its folders; points into it. */
+const char *app_file_name(const char *path);
+
 /* Seconds since some moment. */
 double app_seconds(void);
 

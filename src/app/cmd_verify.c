@@ -108,16 +108,15 @@ static int cut(run *r) {
 static btg_status write_map(run *r, int i) {
     btg_verify_map map = btg_verify_get_map(r->verify);
     const verify_options *o = &r->options;
-    const char *slash = strrchr(o->path.part, '/');
     btg_map_scale scale = {.gouge_mm = o->def.gouge_mm, .scallop_mm = o->def.scallop_mm};
-    const char *title = slash ? slash + 1 : o->path.part;
+    const char *title = app_file_name(o->path.part);
     switch (o->outputs[i].kind) {
     case VERIFY_CSV:
         return btg_map_csv(&map, &r->outputs[i], &r->message);
     case VERIFY_PNG:
         return btg_map_png(&map, &r->report.result, &scale, title, &r->outputs[i], &r->message);
     default:
-        return btg_map_glb(&map, &scale, &r->outputs[i], &r->message);
+        return btg_map_glb(&map, &scale, title, &r->outputs[i], &r->message);
     }
 }
 

@@ -5,7 +5,14 @@
 #include "bitangent/gltf.h"
 #include "io/output.h"
 
-typedef enum output_kind { OUTPUT_CSV, OUTPUT_JSON, OUTPUT_CL, OUTPUT_PNG, OUTPUT_NGC } output_kind;
+typedef enum output_kind {
+    OUTPUT_CSV,
+    OUTPUT_JSON,
+    OUTPUT_CL,
+    OUTPUT_PNG,
+    OUTPUT_NGC,
+    OUTPUT_GLB
+} output_kind;
 
 typedef struct output_choice {
     output_kind kind;

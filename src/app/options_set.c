@@ -37,13 +37,9 @@ static bool get_positive(const char *name, const char *value, double *number) {
 
 /* ---- files -------------------------------------------------------------------------------- */
 
-static bool is_later_kind(const char *ending) {
-    return strcasecmp(ending, "glb") == 0;
-}
-
 static bool find_kind(const char *word, size_t size, output_kind *kind) {
-    static const char *const known[] = {"csv", "json", "cl", "png", "ngc"};
-    for (size_t i = 0; i < 5; i++) {
+    static const char *const known[] = {"csv", "json", "cl", "png", "ngc", "glb"};
+    for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
         if (strlen(known[i]) != size || strncasecmp(word, known[i], size) != 0) continue;
         *kind = (output_kind)i;
         return true;
@@ -64,9 +60,8 @@ static bool set_output(path_options *o, const char *name, const char *value) {
         choice.path = colon + 1;
         if (choice.path[0] == '\0') return app_refuse(name, "no file after '%.100s'", value);
     } else if (!dot || !find_kind(dot + 1, strlen(dot + 1), &choice.kind)) {
-        if (dot && is_later_kind(dot + 1)) return later(name, dot);
-        return app_refuse(name, "'%.200s' has no known ending; give .csv, .json, .cl, .png or .ngc",
-                          value);
+        return app_refuse(
+            name, "'%.200s' has no known ending; give .csv, .json, .cl, .png, .glb or .ngc", value);
     }
     if (choice.kind == OUTPUT_PNG && !btg_picture_available()) {
         return app_refuse(name,

@@ -1,4 +1,5 @@
 #include "app/sink.h"
+#include "app/app.h"
 #include "core/part.h"
 #include "io/csv.h"
 #include "io/machine.h"
@@ -13,8 +14,7 @@ static btg_status write_text(const char *text, size_t size, void *user) {
 
 /* The part's file name without folders and ending. */
 static void name_part(const char *path, char *name, size_t size) {
-    const char *slash = strrchr(path, '/');
-    const char *base = slash ? slash + 1 : path;
+    const char *base = app_file_name(path);
     const char *dot = strrchr(base, '.');
     int length = dot && dot > base ? (int)(dot - base) : (int)strlen(base);
     snprintf(name, size, "%.*s", length, base);
@@ -102,6 +102,8 @@ void sinks_row(sinks *s, const btg_row *row, bool linked) {
             btg_output_text(&k->output, "\n");
         } else if (k->kind == OUTPUT_PNG) {
             if (!row->lift) btg_picture_add(&k->picture, &row->position);
+        } else if (k->kind == OUTPUT_GLB) {
+            btg_scene_add(&k->scene, row, linked);
         } else if (row->lift) {
             /* APT and programs make their own retracts, also where the path has none. */
         } else if (k->kind == OUTPUT_CL) {
@@ -137,9 +139,11 @@ static btg_status end(const sinks *s, sink *k, const summary *result, btg_messag
         /* A failed write is told by the file itself. */
         return k->output.error ? btg_output_check(&k->output, message) : status;
     } else if (k->kind == OUTPUT_PNG) {
-        const char *slash = strrchr(result->options->part, '/');
         return btg_picture_write(&k->picture, &k->output, s->part, s->tool,
-                                 slash ? slash + 1 : result->options->part, message);
+                                 app_file_name(result->options->part), message);
+    } else if (k->kind == OUTPUT_GLB) {
+        return btg_scene_glb(&k->scene, s->part, s->tool, app_file_name(result->options->part),
+                             &k->output, message);
     }
     return BTG_OK;
 }
@@ -171,6 +175,7 @@ void sinks_close(sinks *s) {
     for (int i = 0; i < s->count; i++) {
         btg_output_discard(&s->list[i].output);
         btg_picture_release(&s->list[i].picture);
+        btg_scene_release(&s->list[i].scene);
         btg_program_destroy(s->list[i].program);
     }
     s->count = 0;

@@ -5,6 +5,7 @@
 #include "app/summary.h"
 #include "bitangent/post.h"
 #include "io/picture.h"
+#include "io/scene.h"
 
 typedef struct sink {
     output_kind kind;
@@ -16,6 +17,7 @@ typedef struct sink {
     btg_message message; /* and what is to be said about it */
     btg_program_info info;
     btg_picture picture;
+    btg_scene scene;
 } sink;
 
 typedef struct sinks { /* stays where it is while open */

@@ -23,7 +23,7 @@ btg_status btg_map_png(const btg_verify_map *map, const btg_verify_result *resul
                        btg_message *message);
 /* The part's upper side, coloured, in metres, y up; at most 1000 x 1000 of its cells, the worst of
  * those that fall together. */
-btg_status btg_map_glb(const btg_verify_map *map, const btg_map_scale *scale, btg_output *output,
-                       btg_message *message);
+btg_status btg_map_glb(const btg_verify_map *map, const btg_map_scale *scale, const char *title,
+                       btg_output *output, btg_message *message);
 
 #endif

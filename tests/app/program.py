@@ -299,9 +299,8 @@ class Refusals(Case):
         self.bad(2, "path", "--", "--json", say="--json")
 
     def test_outputs(self):
-        self.refuse("-o", self.at("out.glb"), say="not in this version")
         for name in ("out", "out.txt", "csv", ".", "out.csv.", "a.csv/b"):
-            self.refuse("-o", self.at(name), say=".csv, .json, .cl, .png or .ngc")
+            self.refuse("-o", self.at(name), say=".csv, .json, .cl, .png, .glb or .ngc")
         self.bad(2, "path", self.part, "-o", "a.csv", "-o", "a.csv", say="twice")
         self.refuse("-o", "csv:", say="no file")
         many = [w for i in range(17) for w in ("-o", self.at("%d.csv" % i))]
