@@ -2,8 +2,8 @@
 #include "app/feet.h"
 #include "app/progress.h"
 #include "app/sink.h"
-#include "bitangent/backend.h"
 #include "core/vec.h"
+#include "methods/method.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -20,7 +20,8 @@ typedef struct run {
     btg_part *part;
     btg_tool tool;
     feet feet;
-    btg_backend *backend;
+    btg_method *method;
+    btg_backend *front; /* of the method: composes positions */
     sinks sinks;
     summary summary;
     double clear_z_mm;
@@ -63,15 +64,19 @@ static int set_up(run *r) {
     r->clear_z_mm = r->summary.part.box_max.z + o->lift_mm;
     status = feet_open(&r->feet, o, &r->summary.part, &r->message);
     if (status != BTG_OK) return app_complain(app_code(status), "%s", r->message.text);
-    btg_backend_def def = btg_backend_def_default();
-    def.name = o->backend;
-    def.threads = o->threads;
-    def.raw = o->raw;
+    btg_method_def def = btg_method_def_default();
+    def.name = o->method;
+    def.ray_spacing_mm = o->ray_spacing_mm;
+    def.levels = o->levels;
+    def.backend.name = o->backend;
+    def.backend.threads = o->threads;
+    def.backend.raw = o->raw;
     btg_solver_def solver = o->solver;
     solver.feed_x = cos(o->feed_deg * (BTG_PI / 180));
     solver.feed_y = sin(o->feed_deg * (BTG_PI / 180));
-    status = btg_backend_open(&def, r->part, &r->tool, &solver, &r->backend, &r->message);
+    status = btg_method_open(&def, r->part, &r->tool, &solver, &r->method, &r->message);
     if (status != BTG_OK) return app_complain(app_code(status), "%s", r->message.text);
+    r->front = btg_method_front(r->method);
     status = sinks_open(&r->sinks, o, r->part, &r->tool, r->clear_z_mm, &r->message);
     if (status == BTG_OK) return APP_DONE;
     return app_complain(status == BTG_ERROR_FILE ? APP_FAILED : APP_UNUSABLE, "%s",
@@ -140,12 +145,13 @@ static int solve_chunk(run *r, size_t count, double *seconds) {
         solved++;
     }
     double begin = app_seconds();
-    btg_status status = btg_backend_positions(r->backend, r->xy, solved, r->positions, NULL);
+    btg_status status = btg_backend_positions(r->front, r->xy, solved, r->positions, NULL);
     *seconds = app_seconds() - begin;
     r->summary.seconds += *seconds;
     if (status < 0) {
-        return app_complain(APP_FAILED, "back end %s: failed (%s); try another --backend",
-                            btg_backend_name(r->backend), btg_status_name(status));
+        return app_complain(
+            APP_FAILED, "method %s, back end %s: failed (%s); try another --backend",
+            r->options.method, btg_method_backend_name(r->method), btg_status_name(status));
     }
     int code = give_chunk(r, count);
     if (code != APP_DONE) return code;
@@ -190,9 +196,10 @@ static int report(run *r) {
 }
 
 static int finish(run *r) {
-    r->summary.backend = btg_backend_name(r->backend);
-    r->summary.threads = btg_backend_threads(r->backend);
-    btg_backend_get_times(r->backend, &r->summary.times);
+    r->summary.backend = btg_method_backend_name(r->method);
+    r->summary.threads = btg_method_threads(r->method);
+    r->summary.counts = btg_method_get_counts(r->method);
+    btg_method_get_times(r->method, &r->summary.times);
     if (!summary_contact(&r->summary)) {
         return app_complain(APP_FAILED,
                             "%.256s: no position touches the part; check the footprint, "
@@ -221,7 +228,7 @@ int app_path(int count, char **words) {
     }
     sinks_close(&r->sinks);
     feet_close(&r->feet);
-    btg_backend_close(r->backend);
+    btg_method_close(r->method);
     btg_part_destroy(r->part);
     free(r);
     return code;

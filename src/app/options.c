@@ -1,5 +1,6 @@
 #include "app/options.h"
 #include "app/app.h"
+#include "methods/method.h"
 
 #include <math.h>
 #include <string.h>
@@ -14,6 +15,9 @@ void options_default(path_options *o) {
     o->spindle_rpm = 3000.0;
     o->motion_tolerance_mm = 0.002;
     o->tool_number = 1;
+    o->method = "vcrf";
+    o->ray_spacing_mm = btg_method_def_default().ray_spacing_mm;
+    o->levels = btg_method_def_default().levels;
     o->backend = "auto";
     o->solver = btg_solver_def_default();
     o->solver.scallop_mm = 0.01;

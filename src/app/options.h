@@ -36,6 +36,9 @@ typedef struct path_options {
     double motion_tolerance_mm; /* between positions */
     uint32_t tool_number;
 
+    const char *method;
+    double ray_spacing_mm; /* of the methods that fire rays from a grid */
+    int levels;            /* of grids and of depth buffers */
     const char *backend;
     uint32_t threads; /* 0: as many as there are */
     btg_solver_def solver;

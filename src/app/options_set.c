@@ -5,6 +5,7 @@
 #include "bitangent/backend.h"
 #include "core/vec.h"
 #include "io/picture.h"
+#include "methods/method.h"
 
 #include <string.h>
 #include <strings.h>
@@ -12,15 +13,6 @@
 static bool later(const char *name, const char *value) {
     return app_refuse(name, "'%.100s' is not in this version; see 'bitangent help path'", value);
 }
-
-static bool one_of(const char *value, const char *const *known, size_t count) {
-    for (size_t i = 0; i < count; i++) {
-        if (strcmp(value, known[i]) == 0) return true;
-    }
-    return false;
-}
-
-#define ONE_OF(value, known) one_of(value, known, sizeof(known) / sizeof((known)[0]))
 
 static bool get_number(const char *name, const char *value, double *number) {
     if (number_parse(value, strlen(value), number)) return true;
@@ -170,12 +162,29 @@ static bool set_footprint(path_options *o, const char *name, const char *value) 
 /* ---- solving ------------------------------------------------------------------------------ */
 
 static bool set_method(path_options *o, const char *name, const char *value) {
-    static const char *const known[] = {"vcrf-grid", "depth",  "dst",      "drd",
-                                        "sr",        "direct", "bisection"};
-    (void)o;
-    if (strcmp(value, "vcrf") == 0) return true;
-    if (ONE_OF(value, known)) return later(name, value);
-    return app_refuse(name, "unknown '%.100s'; give vcrf", value);
+    btg_method_info info;
+    char names[256] = "";
+    o->method = value;
+    if (btg_method_find(value, &info)) return true;
+    for (size_t i = 0; i < btg_method_count(); i++) {
+        size_t used = strlen(names);
+        snprintf(names + used, sizeof names - used, "%s%s", i > 0 ? ", " : "",
+                 btg_method_get_info(i).name);
+    }
+    return app_refuse(name, "unknown '%.100s'; give one of %s", value, names);
+}
+
+static bool set_ray_spacing(path_options *o, const char *name, const char *value) {
+    if (!get_positive(name, value, &o->ray_spacing_mm)) return false;
+    if (o->ray_spacing_mm <= BTG_LENGTH_MAX) return true;
+    return app_refuse(name, "'%s'; give at most 1e6 mm", value);
+}
+
+static bool set_levels(path_options *o, const char *name, const char *value) {
+    if (strcmp(value, "1") != 0 && strcmp(value, "2") != 0)
+        return app_refuse(name, "'%.100s'; give 1 or 2", value);
+    o->levels = value[0] - '0';
+    return true;
 }
 
 static bool set_backend(path_options *o, const char *name, const char *value) {
@@ -379,6 +388,7 @@ const option path_option_list[] = {
     {"--forward-step", set_forward_step, false},
     {"--footprint", set_footprint, false},
     {"--method", set_method, false},
+    {"--ray-spacing", set_ray_spacing, false},
     {"--backend", set_backend, false},
     {"--spin", set_spin, false},
     {"--scallop", set_scallop, false},
@@ -401,7 +411,7 @@ const option path_option_list[] = {
     {"--quiet", set_quiet, true},
     {"--help", set_help, true},
     {"-h", set_help, true},
-    {"--levels", set_later, false},
+    {"--levels", set_levels, false},
     {"--window", set_later, false},
 };
 const size_t path_option_count = sizeof path_option_list / sizeof path_option_list[0];

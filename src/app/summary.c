@@ -94,7 +94,7 @@ static void print_method(const path_options *o, FILE *file) {
         fprintf(file, "footprint   %s, side step %.6g mm, forward step %.6g mm\n",
                 footprint_word(o), o->footprint.side_step_mm, o->footprint.forward_step_mm);
     }
-    fprintf(file, "method      vcrf, tolerance %.6g mm, tilt up to %.6g deg",
+    fprintf(file, "method      %s, tolerance %.6g mm, tilt up to %.6g deg", o->method,
             o->solver.tolerance_mm, o->max_tilt_deg);
     if (o->solver.spin == BTG_SPIN_FIXED) fprintf(file, ", spin %.6g deg", o->spin_deg);
     if (o->solver.spin == BTG_SPIN_GAP) fprintf(file, ", gap %.6g mm", o->solver.gap_mm);
@@ -102,6 +102,21 @@ static void print_method(const path_options *o, FILE *file) {
     if (o->solver.spin == BTG_SPIN_WIDEST)
         fprintf(file, ", widest strip, scallop %.6g mm", o->solver.scallop_mm);
     fprintf(file, "\n");
+}
+
+/* What a method did; nothing for those that count nothing. */
+static void print_work(const btg_method_counts *c, FILE *file) {
+    double drops = (double)c->drops, tilts = (double)c->tilts;
+    if (c->rays > 0)
+        fprintf(file, "rays        %.4g a drop or tilt, of the grid\n",
+                (double)c->rays / (drops + tilts + (double)c->turned_drops));
+    if (c->turned_drops > 0)
+        fprintf(file, "bisection   %.4g drops a tilt\n", (double)c->turned_drops / tilts);
+    if (c->drop_seeds == 0) return;
+    fprintf(file, "newton      drop: %.4g seeds, %.4g iterations, %" PRIu64 " given up\n",
+            (double)c->drop_seeds / drops, (double)c->drop_iterations / drops, c->drops_given_up);
+    fprintf(file, "            tilt: %.4g seeds, %.4g iterations, %" PRIu64 " given up\n",
+            (double)c->tilt_seeds / tilts, (double)c->tilt_iterations / tilts, c->tilts_given_up);
 }
 
 static void print_statuses(const summary *s, FILE *file) {
@@ -141,6 +156,7 @@ void summary_print(const summary *s, FILE *file) {
     }
     fprintf(file, "solved      in %.3g s, %.0f positions/s, by %s on %lu thread%s\n", s->seconds,
             rate(s), s->backend, (unsigned long)s->threads, s->threads == 1 ? "" : "s");
+    print_work(&s->counts, file);
     if (s->times.device_s > 0) {
         fprintf(file, "            upload %.3g s, device %.3g s, read back %.3g s, %s %.3g s\n",
                 s->times.upload_s, s->times.device_s, s->times.readback_s,
@@ -222,6 +238,19 @@ static void json_program(const btg_program_info *p, const char *machine, btg_jso
     btg_json_close(json, '}');
 }
 
+static void json_counts(const btg_method_counts *c, btg_json *json) {
+    btg_json_open(json, "work", '{');
+    btg_json_count(json, "rays", c->rays);
+    btg_json_count(json, "turned_drops", c->turned_drops);
+    btg_json_count(json, "drop_seeds", c->drop_seeds);
+    btg_json_count(json, "drop_iterations", c->drop_iterations);
+    btg_json_count(json, "drops_given_up", c->drops_given_up);
+    btg_json_count(json, "tilt_seeds", c->tilt_seeds);
+    btg_json_count(json, "tilt_iterations", c->tilt_iterations);
+    btg_json_count(json, "tilts_given_up", c->tilts_given_up);
+    btg_json_close(json, '}');
+}
+
 void summary_json(const summary *s, btg_json *json) {
     const path_options *o = s->options;
     btg_json_string(json, "version", btg_version());
@@ -235,7 +264,8 @@ void summary_json(const summary *s, btg_json *json) {
     btg_json_number(json, "readback_seconds", s->times.readback_s);
     btg_json_number(json, "polish_seconds", s->times.polish_s);
     btg_json_close(json, '}');
-    btg_json_string(json, "method", "vcrf");
+    btg_json_string(json, "method", s->options->method);
+    json_counts(&s->counts, json);
     btg_json_count(json, "threads", s->threads);
     json_statuses(s, json);
     btg_json_number(json, "tolerance_mm", o->solver.tolerance_mm);

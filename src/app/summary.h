@@ -3,9 +3,9 @@
 #define BTG_APP_SUMMARY_H
 
 #include "app/options.h"
-#include "bitangent/backend.h"
 #include "bitangent/post.h"
 #include "io/json.h"
+#include "methods/method.h"
 
 #include <stdio.h>
 
@@ -22,6 +22,7 @@ typedef struct summary {
     uint32_t threads;
     double seconds; /* solving alone */
     btg_backend_times times;
+    btg_method_counts counts;
     uint64_t positions, lifts;
     uint64_t statuses[SUMMARY_STATUSES]; /* by btg_status */
     uint64_t tilted;                     /* positions with two contacts, osculating ones included */

@@ -138,19 +138,13 @@ static bool make_scratch(btg_backend *b) {
            b->tilt_owner;
 }
 
-btg_status btg_backend_open(const btg_backend_def *def, const btg_part *part, const btg_tool *tool,
-                            const btg_solver_def *solver, btg_backend **backend,
-                            btg_message *message) {
-    btg_backend_setup setup;
-    const btg_backend_table *table = NULL;
-    if (!backend) return btg_fail(message, BTG_ERROR_ARGUMENT, "back end: the result is NULL");
-    btg_status status = make_setup(def, part, tool, solver, &setup, message);
-    if (status == BTG_OK) status = find(def->name, &table, message);
-    if (status != BTG_OK) return status;
-    btg_backend *b = btg_allocate(&setup.allocator, 1, sizeof *b);
+static btg_status open_front(const btg_backend_table *table, const btg_backend_setup *setup,
+                             btg_backend **backend, btg_message *message) {
+    btg_backend *b = btg_allocate(&setup->allocator, 1, sizeof *b);
     if (!b) return btg_fail(message, BTG_ERROR_MEMORY, "back end: out of memory");
-    *b = (btg_backend){.table = table, .setup = setup};
-    btg_part_get_info(part, &b->info);
+    *b = (btg_backend){.table = table, .setup = *setup};
+    btg_part_get_info(setup->part, &b->info);
+    btg_status status;
     if (!make_scratch(b)) {
         status = btg_fail(message, BTG_ERROR_MEMORY, "back end: out of memory");
     } else {
@@ -162,6 +156,29 @@ btg_status btg_backend_open(const btg_backend_def *def, const btg_part *part, co
     }
     *backend = b;
     return BTG_OK;
+}
+
+btg_status btg_backend_open(const btg_backend_def *def, const btg_part *part, const btg_tool *tool,
+                            const btg_solver_def *solver, btg_backend **backend,
+                            btg_message *message) {
+    btg_backend_setup setup;
+    const btg_backend_table *table = NULL;
+    if (!backend) return btg_fail(message, BTG_ERROR_ARGUMENT, "back end: the result is NULL");
+    btg_status status = make_setup(def, part, tool, solver, &setup, message);
+    if (status == BTG_OK) status = find(def->name, &table, message);
+    if (status != BTG_OK) return status;
+    return open_front(table, &setup, backend, message);
+}
+
+btg_status btg_backend_open_table(const btg_backend_table *table, const void *user,
+                                  const btg_backend_def *def, const btg_part *part,
+                                  const btg_tool *tool, const btg_solver_def *solver,
+                                  btg_backend **backend, btg_message *message) {
+    btg_backend_setup setup;
+    btg_status status = make_setup(def, part, tool, solver, &setup, message);
+    if (status != BTG_OK) return status;
+    setup.user = user;
+    return open_front(table, &setup, backend, message);
 }
 
 void btg_backend_close(btg_backend *backend) {

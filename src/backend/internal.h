@@ -19,7 +19,8 @@ typedef struct btg_backend_setup {
     btg_solver_def solver;
     uint32_t threads;
     btg_allocator allocator;
-    bool raw; /* devices: do not polish */
+    bool raw;         /* devices: do not polish */
+    const void *user; /* what a table of btg_backend_open_table is told besides; else NULL */
 } btg_backend_setup;
 
 /* One back end. `state` is what open() made.
@@ -66,6 +67,14 @@ extern const size_t btg_backend_registry_count;
 extern const btg_backend_table btg_backend_cpu;
 extern const btg_backend_table btg_backend_reference;
 extern const btg_backend_table btg_backend_vulkan; /* where it was built: BTG_HAVE_VULKAN */
+
+/* Opens a table that is not in the registry: a method that answers the two questions in its own
+ * way (methods/method.h) is composed to positions by the same front. `user` goes to the table's
+ * open() in its setup; `def` names no back end here. Errors as btg_backend_open. */
+btg_status btg_backend_open_table(const btg_backend_table *table, const void *user,
+                                  const btg_backend_def *def, const btg_part *part,
+                                  const btg_tool *tool, const btg_solver_def *solver,
+                                  btg_backend **backend, btg_message *message);
 
 /* ---- back ends that answer one query at a time on the processor (host.c) ------------------ */
 

@@ -225,8 +225,6 @@ class Refusals(Case):
     def test_words(self):
         for value in ("", "paralel", "one-way:", "one-way:0", "one-way:x", "one-way:2e6", "points:"):
             self.refuse("--footprint", value)
-        for value in ("vcrf-grid", "depth", "dst", "drd", "sr", "direct", "bisection"):
-            self.refuse("--method", value, say="not in this version")
         self.refuse("--method", "magic", say="vcrf")
         self.refuse("--backend", "abacus", say="auto, cpu, reference")
         for value in ("", "fixed", "fixed:", "fixed:x", "fixed:361", "gap", "gap:", "gap:0",
@@ -239,8 +237,11 @@ class Refusals(Case):
         for value in ("", "inch", "M"):
             self.refuse("--gltf-unit", value)
         self.refuse("--up", "x", say="y or z")
-        for option, value in (("--levels", "2"), ("--window", "50")):
-            self.refuse(option, value, say="not in this version")
+        for value in ("", "0", "3", "x"):
+            self.refuse("--levels", value, say="1 or 2")
+        for value in ("0", "-1", "x"):
+            self.refuse("--ray-spacing", value)
+        self.refuse("--window", "50", say="not in this version")
         self.bad(2, "path", self.part, "--json=1", say="takes no value")
         self.bad(2, "path", self.part, "--sidestep", "1", say="unknown option")
         self.bad(2, "path", self.part, "--tool", say="needs a value")
