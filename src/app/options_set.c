@@ -10,10 +10,6 @@
 #include <string.h>
 #include <strings.h>
 
-static bool later(const char *name, const char *value) {
-    return app_refuse(name, "'%.100s' is not in this version; see 'bitangent help path'", value);
-}
-
 static bool get_number(const char *name, const char *value, double *number) {
     if (number_parse(value, strlen(value), number)) return true;
     return app_refuse(name, "'%.100s' is not a number; give one like 2 or 0.5", value);
