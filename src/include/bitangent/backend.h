@@ -53,12 +53,15 @@ BTG_API void btg_backend_close(btg_backend *backend);
 BTG_API const char *btg_backend_name(const btg_backend *backend);
 BTG_API uint32_t btg_backend_threads(const btg_backend *backend);
 
-/* Where the time of a device back end went since it was opened, seconds; all zero for others. */
+/* Where the time of a device back end went since it was opened, seconds, and the memory it takes;
+ * all zero for others. The device works on while the core polishes: what is left then is waited
+ * for. */
 typedef struct btg_backend_times {
-    double upload_s;   /* queries made ready and handed over */
-    double device_s;   /* dispatches, begin to end */
-    double readback_s; /* winners taken back */
-    double polish_s;   /* the core's part: polish and proof */
+    double upload_s;     /* queries made ready and handed over */
+    double device_s;     /* dispatches, as far as they had to be waited for */
+    double readback_s;   /* winners taken back */
+    double polish_s;     /* the core's part: polish and proof */
+    size_t device_bytes; /* buffers of part, queries and answers */
 } btg_backend_times;
 
 BTG_API void btg_backend_get_times(const btg_backend *backend, btg_backend_times *times);
