@@ -35,6 +35,11 @@ typedef struct btg_gpu_uvec4 {
 #define BTG_GPU_WINNERS  3
 #define BTG_GPU_BINDINGS 4
 
+/* Invocations a workgroup: some subgroups, for a wide device; where subgroups are narrow, as on a
+ * processor, more would only wait for each other. */
+#define BTG_GPU_GROUP_WIDE   64
+#define BTG_GPU_GROUP_NARROW 16
+
 #define BTG_GPU_ELEMENTS 10 /* cutter, shank, holder's cylinders */
 #define BTG_GPU_LEVELS   16 /* of the tree */
 #define BTG_GPU_FAN      8  /* children a node */

@@ -66,6 +66,7 @@ extern const size_t btg_backend_registry_count;
 
 extern const btg_backend_table btg_backend_cpu;
 extern const btg_backend_table btg_backend_reference;
+extern const btg_backend_table btg_backend_gl;     /* where it was built: BTG_HAVE_GL */
 extern const btg_backend_table btg_backend_vulkan; /* where it was built: BTG_HAVE_VULKAN */
 
 /* Opens a table that is not in the registry: a method that answers the two questions in its own

@@ -6,7 +6,12 @@
 /* Left out of this build: known by name, so that asking for one gets a plain answer. */
 static const btg_backend_table osmesa = {
     .name = "osmesa", .summary = "depth images and compute by OpenGL without a window"};
-static const btg_backend_table gl = {.name = "gl", .summary = "depth images and compute by OpenGL"};
+#ifdef BTG_HAVE_GL
+#define GL btg_backend_gl
+#else
+static const btg_backend_table gl = {.name = "gl", .summary = "compute by OpenGL"};
+#define GL gl
+#endif
 #ifdef BTG_HAVE_VULKAN
 #define VULKAN btg_backend_vulkan
 #else
@@ -15,7 +20,7 @@ static const btg_backend_table vulkan = {.name = "vulkan", .summary = "compute b
 #endif
 
 const btg_backend_table *const btg_backend_registry[] = {&btg_backend_cpu, &btg_backend_reference,
-                                                         &osmesa, &gl, &VULKAN};
+                                                         &osmesa, &GL, &VULKAN};
 const size_t btg_backend_registry_count =
     sizeof btg_backend_registry / sizeof btg_backend_registry[0];
 

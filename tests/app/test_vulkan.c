@@ -3,211 +3,31 @@
  * or no validation layer. */
 #include "backend/vulkan/vulkan.h"
 #include "check.h"
-#include "core/part.h"
+#include "device_checks.h"
 
-#include <pthread.h>
 #include <stdatomic.h>
-#include <stdlib.h>
-#include <string.h>
-
-#define SIDE  21
-#define COUNT (SIDE * SIDE)
-#define MANY  4501 /* more than a dispatch */
-
-static btg_tool tool;
-static btg_solver_def solver;
-static btg_part *part;
-
-/* A rational patch over half of the ground, two triangles over the other: 100 mm square. */
-static btg_part *make_part(void) {
-    static const double height[9] = {10, 4, 9, 3, 14, 2, 8, 5, 11};
-    static const double weights[9] = {1, 0.8, 1, 1.2, 1, 0.9, 1, 1.1, 1};
-    static const double corners[12] = {50, 0, 6, 100, 0, 9, 100, 100, 4, 50, 100, 8};
-    static const uint32_t indices[6] = {0, 1, 2, 0, 2, 3};
-    double points[27];
-    for (int i = 0; i < 9; i++) {
-        points[3 * i] = 25 * (i / 3);
-        points[3 * i + 1] = 50 * (i % 3);
-        points[3 * i + 2] = height[i];
-    }
-    btg_surface_def surface = {.degree_u = 2,
-                               .degree_v = 2,
-                               .count_u = 3,
-                               .count_v = 3,
-                               .control_points = points,
-                               .weights = weights};
-    btg_mesh_def mesh = {corners, 4, indices, 2};
-    btg_part_def def = btg_part_def_default();
-    def.surfaces = &surface;
-    def.surface_count = 1;
-    def.meshes = &mesh;
-    def.mesh_count = 1;
-    btg_part *made = NULL;
-    CHECK(btg_part_create(&def, &made, NULL) == BTG_OK);
-    if (!made) exit(1);
-    return made;
-}
-
-static void foot_of(size_t i, double foot[2]) {
-    i %= COUNT;
-    foot[0] = -20 + 7.1 * (double)(i / SIDE);
-    foot[1] = -20 + 7.3 * (double)(i % SIDE);
-}
-
-/* ---- the layer ---------------------------------------------------------------------------- */
 
 static void report(const char *text, void *user) {
     atomic_int *said = user;
     if (atomic_fetch_add(said, 1) < 5) fprintf(stderr, "validation: %s\n", text);
 }
 
-/* Both questions in batches of every kind; answers are the cpu's. */
-static void ask_all(void *state, size_t count) {
-    btg_drop_query *drops = calloc(count, sizeof *drops);
-    btg_drop_result *results = calloc(count, sizeof *results);
-    btg_tilt_query *tilts = calloc(count, sizeof *tilts);
-    btg_tilt_result *tilted = calloc(count, sizeof *tilted);
-    size_t size = btg_workspace_size(part), asked = 0;
-    void *workspace = malloc(size);
-    CHECK(drops && results && tilts && tilted && workspace);
-    for (size_t i = 0; i < count; i++) {
-        double foot[2];
-        foot_of(i, foot);
-        drops[i] = btg_position_drop_query(foot[0], foot[1]);
-    }
-    CHECK(btg_backend_vulkan.drop(state, drops, count, results) == BTG_OK);
-    for (size_t i = 0; i < count; i++) {
-        btg_drop_result r;
-        btg_drop(part, &tool, &solver, &drops[i], workspace, size, &r);
-        CHECK(r.status == results[i].status);
-        CHECK(fabs(r.height_mm - results[i].height_mm) < 1e-6);
-        if (btg_position_tilt_query(&tool, &solver, &drops[i], &results[i], &tilts[asked]) ==
-            BTG_OK)
-            asked++;
-    }
-    CHECK(asked > 0 || count < SIDE);
-    if (asked > 0) CHECK(btg_backend_vulkan.tilt(state, tilts, asked, tilted) == BTG_OK);
-    for (size_t i = 0; i < asked; i++) {
-        btg_tilt_result r;
-        btg_tilt(part, &tool, &solver, &tilts[i], workspace, size, &r);
-        CHECK(fabs(r.tilt_rad - tilted[i].tilt_rad) < 1e-4 * BTG_PI / 180);
-    }
-    free(workspace);
-    free(tilted);
-    free(tilts);
-    free(results);
-    free(drops);
-}
-
-static int test_validation(void) {
+static int test_validation(const btg_backend_setup *setup) {
     atomic_int said = 0;
     btg_vulkan_debug debug = {report, &said};
-    btg_backend_setup setup = {.part = part, .tool = tool, .solver = solver, .threads = 2};
     btg_message message = {""};
     void *state = NULL;
-    btg_status status = btg_vulkan_open_debug(&debug, &setup, &state, &message);
+    btg_status status = btg_vulkan_open_debug(&debug, DEVICE_DISPATCH, setup, &state, &message);
     if (status == BTG_ERROR_NO_DEVICE) {
         printf("skipped: %s\n", message.text);
         return 77;
     }
     CHECK(status == BTG_OK);
     if (!state) return 1;
-    const size_t sizes[] = {1, 2, COUNT, MANY};
-    for (int i = 0; i < 4; i++)
-        ask_all(state, sizes[i]);
+    device_check_batches(state);
     btg_backend_vulkan.close(state);
     CHECK(atomic_load(&said) == 0);
-    return 0;
-}
-
-/* ---- threads ------------------------------------------------------------------------------ */
-
-static btg_backend *open_named(const char *name, int raw) {
-    btg_backend_def def = btg_backend_def_default();
-    btg_message message = {""};
-    btg_backend *backend = NULL;
-    def.name = name;
-    def.raw = raw;
-    if (btg_backend_open(&def, part, &tool, &solver, &backend, &message) != BTG_OK)
-        fprintf(stderr, "%s\n", message.text);
-    CHECK(backend != NULL);
-    if (!backend) exit(1);
-    return backend;
-}
-
-static void solve(const char *name, int raw, btg_position *positions) {
-    btg_backend *backend = open_named(name, raw);
-    double feet[2 * COUNT];
-    for (size_t i = 0; i < COUNT; i++)
-        foot_of(i, &feet[2 * i]);
-    CHECK(btg_backend_positions(backend, feet, COUNT, positions, NULL) == BTG_OK);
-    btg_backend_close(backend);
-}
-
-static void *work(void *positions) {
-    solve("vulkan", 0, positions);
-    return NULL;
-}
-
-/* Four at once, each with a device of its own: the same bits. */
-static void test_threads(void) {
-    static btg_position positions[4][COUNT];
-    pthread_t threads[4];
-    for (int i = 0; i < 4; i++)
-        CHECK(pthread_create(&threads[i], NULL, work, positions[i]) == 0);
-    for (int i = 0; i < 4; i++)
-        pthread_join(threads[i], NULL);
-    for (int i = 1; i < 4; i++)
-        for (size_t k = 0; k < COUNT; k++) {
-            const btg_position *a = &positions[0][k], *b = &positions[i][k];
-            CHECK(a->status == b->status);
-            CHECK(memcmp(&a->drop_z_mm, &b->drop_z_mm, sizeof a->drop_z_mm) == 0);
-            CHECK(memcmp(&a->tilt_rad, &b->tilt_rad, sizeof a->tilt_rad) == 0);
-        }
-}
-
-/* ---- raw ---------------------------------------------------------------------------------- */
-
-/* Samples stand a tenth of the tool's radius apart: of two peaks the lower may be followed where
- * they differ by less than a sample can miss, pitch^2 / (4 minor radius). */
-#define RAW_WORST_MM 0.07
-/* Single precision of what is followed to its top. */
-#define RAW_MM 1e-5
-
-/* What the device finds by itself: heights to single precision, nothing claimed as proven. */
-static void test_raw(void) {
-    size_t off = 0;
-    static btg_position raw[COUNT], proven[COUNT];
-    solve("vulkan", 1, raw);
-    solve("cpu", 0, proven);
-    for (size_t i = 0; i < COUNT; i++) {
-        CHECK((raw[i].status == BTG_NO_CONTACT) == (proven[i].status == BTG_NO_CONTACT));
-        if (proven[i].status == BTG_NO_CONTACT) continue;
-        double error = fabs(raw[i].drop_z_mm - proven[i].drop_z_mm);
-        CHECK(error < RAW_WORST_MM);
-        if (error > RAW_MM) off++;
-        CHECK(isnan(raw[i].bound_mm));
-        CHECK(!isnan(proven[i].bound_mm));
-    }
-    CHECK(off < COUNT / 50);
-}
-
-static void test_times(void) {
-    btg_backend_times times;
-    double feet[2] = {40, 50};
-    btg_position p;
-    btg_backend *backend = open_named("vulkan", 0);
-    btg_backend_get_times(backend, &times);
-    CHECK(times.device_s == 0 && times.polish_s == 0);
-    CHECK(btg_backend_positions(backend, feet, 1, &p, NULL) == BTG_OK);
-    btg_backend_get_times(backend, &times);
-    CHECK(times.device_s > 0 && times.polish_s > 0);
-    btg_backend_close(backend);
-    backend = open_named("cpu", 0);
-    CHECK(btg_backend_positions(backend, feet, 1, &p, NULL) == BTG_OK);
-    btg_backend_get_times(backend, &times);
-    CHECK(times.device_s == 0);
-    btg_backend_close(backend);
+    return check_failures > 0;
 }
 
 int main(void) {
@@ -216,15 +36,8 @@ int main(void) {
         printf("skipped: %s\n", device);
         return 77;
     }
-    btg_tool_def tool_def = btg_tool_def_default();
-    tool_def.shank = (btg_cylinder){10, 25, 60};
-    CHECK(btg_tool_init(&tool_def, &tool, NULL) == BTG_OK);
-    solver = btg_solver_def_default();
-    part = make_part();
-    int result = test_validation();
-    test_threads();
-    test_raw();
-    test_times();
-    btg_part_destroy(part);
-    return check_failures > 0 ? check_result() : result;
+    btg_backend_setup setup = device_checks_begin("vulkan");
+    int result = test_validation(&setup);
+    device_check_threads_raw_times();
+    return device_checks_end(result);
 }

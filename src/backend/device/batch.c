@@ -131,8 +131,10 @@ static btg_status hand_over(batch *b, const work *w, uint32_t slot, size_t first
             btg_gpu_pack_tilt(&b->setup, &b->scene, &w->tilts[first + i], &b->queries[i]);
     }
     btg_op op = w->drops ? BTG_OP_DROP : BTG_OP_TILT;
-    btg_status status = b->ops->submit(b->device, slot, op, b->queries, count);
+    btg_status status = b->ops->write(b->device, slot, b->queries, count);
     lap(&since, &b->times.upload_s);
+    if (status == BTG_OK) status = b->ops->dispatch(b->device, slot, op, count);
+    lap(&since, &b->times.device_s);
     return status;
 }
 

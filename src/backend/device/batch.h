@@ -32,9 +32,9 @@ typedef struct btg_device_ops {
      * takes in all. */
     btg_status (*load)(void *device, const btg_scene *scene, uint32_t capacity, size_t *bytes,
                        btg_message *message);
-    /* Starts one dispatch over `count` <= capacity queries; the slot is free. */
-    btg_status (*submit)(void *device, uint32_t slot, btg_op op, const btg_gpu_query *queries,
-                         uint32_t count);
+    /* Gives a slot that is free `count` <= capacity queries, and starts the dispatch over them. */
+    btg_status (*write)(void *device, uint32_t slot, const btg_gpu_query *queries, uint32_t count);
+    btg_status (*dispatch)(void *device, uint32_t slot, btg_op op, uint32_t count);
     /* Waits for the slot's dispatch, and takes its first `count` winners. */
     btg_status (*wait)(void *device, uint32_t slot);
     btg_status (*read)(void *device, uint32_t slot, btg_gpu_winner *winners, uint32_t count);

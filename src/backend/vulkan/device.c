@@ -8,11 +8,8 @@
 
 /* A dispatch that takes longer hangs. */
 #define TIMEOUT_NS 60000000000u
-/* Invocations a workgroup: some subgroups, for a wide device; where subgroups are narrow, as on a
- * processor, more would only wait for each other. */
-#define GROUP_WIDE   64
-#define GROUP_NARROW 16
-#define NARROW       8
+/* Subgroups as narrow as a processor's. */
+#define NARROW 8
 
 /* ---- buffers ------------------------------------------------------------------------------ */
 
@@ -155,7 +152,7 @@ static VkResult make_pipeline(btg_vulkan_device *d, btg_op op, const uint32_t *c
         .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = size, .pCode = code};
     VkResult result = vk->CreateShaderModule(vk->device, &shader, NULL, &module);
     if (result != VK_SUCCESS) return result;
-    uint32_t group = vk->subgroup > NARROW ? GROUP_WIDE : GROUP_NARROW;
+    uint32_t group = vk->subgroup > NARROW ? BTG_GPU_GROUP_WIDE : BTG_GPU_GROUP_NARROW;
     VkSpecializationMapEntry entry = {.constantID = 0, .size = sizeof group};
     VkSpecializationInfo special = {1, &entry, sizeof group, &group};
     VkComputePipelineCreateInfo info = {
@@ -253,11 +250,9 @@ static VkResult record(btg_vulkan_device *d, const btg_vulkan_slot *s, btg_op op
     return vk->EndCommandBuffer(s->command);
 }
 
-btg_status btg_vulkan_submit(btg_vulkan_device *d, uint32_t slot, btg_op op,
-                             const btg_gpu_query *queries, uint32_t count) {
+btg_status btg_vulkan_dispatch(btg_vulkan_device *d, uint32_t slot, btg_op op, uint32_t count) {
     const btg_vulkan *vk = &d->vk;
     btg_vulkan_slot *s = &d->slot[slot];
-    memcpy(s->queries.mapped, queries, count * sizeof *queries);
     VkResult result = record(d, s, op, count);
     VkSubmitInfo submit = {.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO,
                            .commandBufferCount = 1,

@@ -35,8 +35,7 @@ typedef struct btg_vulkan_device {
 btg_status btg_vulkan_load(btg_vulkan_device *d, const btg_scene *scene, uint32_t capacity,
                            btg_message *message);
 void btg_vulkan_unload(btg_vulkan_device *d);
-btg_status btg_vulkan_submit(btg_vulkan_device *d, uint32_t slot, btg_op op,
-                             const btg_gpu_query *queries, uint32_t count);
+btg_status btg_vulkan_dispatch(btg_vulkan_device *d, uint32_t slot, btg_op op, uint32_t count);
 btg_status btg_vulkan_wait(btg_vulkan_device *d, uint32_t slot);
 
 #endif

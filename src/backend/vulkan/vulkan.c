@@ -56,9 +56,14 @@ static btg_status load(void *device, const btg_scene *scene, uint32_t capacity, 
     return status;
 }
 
-static btg_status submit(void *device, uint32_t slot, btg_op op, const btg_gpu_query *queries,
-                         uint32_t count) {
-    return btg_vulkan_submit(&((state *)device)->device, slot, op, queries, count);
+static btg_status write(void *device, uint32_t slot, const btg_gpu_query *queries, uint32_t count) {
+    const state *s = device;
+    memcpy(s->device.slot[slot].queries.mapped, queries, count * sizeof *queries);
+    return BTG_OK;
+}
+
+static btg_status dispatch(void *device, uint32_t slot, btg_op op, uint32_t count) {
+    return btg_vulkan_dispatch(&((state *)device)->device, slot, op, count);
 }
 
 static btg_status wait(void *device, uint32_t slot) {
@@ -74,20 +79,22 @@ static btg_status read(void *device, uint32_t slot, btg_gpu_winner *winners, uin
 static const btg_device_ops ops = {.name = "vulkan",
                                    .start = start,
                                    .load = load,
-                                   .submit = submit,
+                                   .write = write,
+                                   .dispatch = dispatch,
                                    .wait = wait,
                                    .read = read,
                                    .stop = stop};
 
 /* ---- table -------------------------------------------------------------------------------- */
 
-btg_status btg_vulkan_open_debug(const btg_vulkan_debug *debug, const btg_backend_setup *setup,
-                                 void **opened, btg_message *message) {
-    return btg_batch_open(&ops, debug, 0, setup, opened, message);
+btg_status btg_vulkan_open_debug(const btg_vulkan_debug *debug, uint32_t dispatch,
+                                 const btg_backend_setup *setup, void **opened,
+                                 btg_message *message) {
+    return btg_batch_open(&ops, debug, dispatch, setup, opened, message);
 }
 
 static btg_status open(const btg_backend_setup *setup, void **opened, btg_message *message) {
-    return btg_vulkan_open_debug(NULL, setup, opened, message);
+    return btg_batch_open(&ops, NULL, 0, setup, opened, message);
 }
 
 const btg_backend_table btg_backend_vulkan = {
