@@ -270,23 +270,29 @@ class Refusals(Case):
         self.assertEqual(run("path", self.part, "--quiet").returncode, 0)
 
     def test_vulkan(self):
+        self.compare_device("vulkan")
+
+    def test_gl(self):
+        self.compare_device("gl")
+
+    def compare_device(self, device):
         """The cpu's path, with all that single precision takes away put back."""
         states = {b["name"]: b["state"] for b in json.loads(self.good("info", "--json"))["backends"]}
-        if states["vulkan"] != "ready":
-            self.skipTest("vulkan is " + states["vulkan"])
+        if states[device] != "ready":
+            self.skipTest(device + " is " + states[device])
         rows = {}
-        for name in ("cpu", "vulkan"):
+        for name in ("cpu", device):
             self.good("path", self.part, "--backend", name, "-o", self.at(name + ".csv"))
             with open(self.at(name + ".csv"), newline="") as file:
                 rows[name] = list(csv.DictReader(file))
-        self.assertEqual(len(rows["cpu"]), len(rows["vulkan"]))
-        for a, b in zip(rows["cpu"], rows["vulkan"]):
+        self.assertEqual(len(rows["cpu"]), len(rows[device]))
+        for a, b in zip(rows["cpu"], rows[device]):
             self.assertEqual(a["status"], b["status"])
             for key, most in (("drop_z", 1e-6), ("tilt_deg", 1e-4)):
                 if a[key] != "nan":
                     self.assertLess(abs(float(a[key]) - float(b[key])), most)
-        raw = json.loads(self.good("path", self.part, "--backend", "vulkan", "--raw", "--json"))
-        self.assertEqual(raw["backend"], "vulkan")
+        raw = json.loads(self.good("path", self.part, "--backend", device, "--raw", "--json"))
+        self.assertEqual(raw["backend"], device)
         self.assertGreater(raw["times"]["device_seconds"], 0)
 
     def test_parts(self):
