@@ -24,6 +24,8 @@
 
 /* Turning that needs no look at what the tool does on the way: its axis strays by the square. */
 #define SMALL_TURN_RAD (BTG_PI / 6)
+/* Pieces in which a turn close to a limit is looked at. */
+#define LIMIT_SAMPLES 8
 
 static int solution_of(int state) {
     return state & 1;
@@ -123,18 +125,44 @@ static double angle_between(btg_vec3 a, btg_vec3 b) {
     return atan2(vec_norm(vec_cross(a, b)), vec_dot(a, b));
 }
 
+static double room_at(const btg_rotary_def *r, double angle) {
+    return fmin(angle - r->min_rad, r->max_rad - angle);
+}
+
+/* Between a and b, both within the limits, a joint comes beyond one. */
+static bool bulges(const btg_choice *c, const btg_choice_node *from, const btg_choice_node *to,
+                   const double a[2], const double b[2]) {
+    double turn = fabs(b[0] - a[0]) + fabs(b[1] - a[1]);
+    bool close = false;
+    for (int j = 0; j < 2; j++) {
+        const btg_rotary_def *r = &c->machine->def.rotary[j];
+        close = close || fmin(room_at(r, a[j]), room_at(r, b[j])) < turn;
+    }
+    for (int k = 1; k < LIMIT_SAMPLES && close; k++) {
+        double part = (double)k / LIMIT_SAMPLES, at[2];
+        double near[2] = {a[0] + (b[0] - a[0]) * part, a[1] + (b[1] - a[1]) * part};
+        btg_vec3 axis = vec_unit(vec_mad(vec_scale(from->axis, 1 - part), to->axis, part));
+        if (!btg_choice_nearest(c->machine, axis, c->cone_rad, near, at)) return true;
+        if (!btg_choice_allowed(c->machine, at)) return true;
+    }
+    return false;
+}
+
 /* The tool can be cut along from a to b: no joint makes more than half a turn, and half-way the
- * axis is no further from where it belongs than the path itself turns it. Next to the pole that
- * lets the joints pass it in any way. */
+ * axis is no further from where it belongs than the path itself turns it. From one solution to the
+ * other the way leads through the pole: only where the path does, too. */
 static bool continuous(const btg_choice *c, const btg_choice_node *from, const btg_choice_node *to,
-                       const double a[2], const double b[2]) {
+                       const double a[2], const double b[2], bool other_solution) {
+    bool flips = other_solution && from->free_axis < 0 && to->free_axis < 0;
     double t0 = fabs(b[0] - a[0]), t1 = fabs(b[1] - a[1]);
-    if (t0 <= SMALL_TURN_RAD && t1 <= SMALL_TURN_RAD) return true;
+    if (t0 <= SMALL_TURN_RAD && t1 <= SMALL_TURN_RAD && !flips) return !bulges(c, from, to, a, b);
     if (fmax(t0, t1) > BTG_PI + BTG_LIMIT_SLACK_RAD) return false;
     double half[2] = {(a[0] + b[0]) / 2, (a[1] + b[1]) / 2};
     btg_vec3 middle = vec_unit(vec_add(from->axis, to->axis));
     double stray = angle_between(btg_machine_axis(c->machine, half), middle);
-    return stray <= angle_between(from->axis, to->axis) + 2 * c->cone_rad + SMALL_TURN_RAD / 1e3;
+    double most = 2 * c->cone_rad;
+    if (!flips) most += angle_between(from->axis, to->axis) + SMALL_TURN_RAD / 1e3;
+    return stray <= most && !bulges(c, from, to, a, b);
 }
 
 /* ---- a column ----------------------------------------------------------------------------- */
@@ -193,7 +221,9 @@ static bool next_column(btg_choice *c, size_t i, reach how) {
             if (how == CUT && !follows(c, to, p, s)) continue;
             cost += travel_cost(c, c->turned.at[p], at) + TIE_COST * solution_of(s);
             if (!(cost < best)) continue;
-            if (how == CUT && !continuous(c, from, to, c->turned.at[p], at)) continue;
+            if (how == CUT &&
+                !continuous(c, from, to, c->turned.at[p], at, solution_of(p) != solution_of(s)))
+                continue;
             best = cost;
             back[s] = (uint8_t)(p | (how == GAP ? GAP_FLAG : 0));
             memcpy(c->now.at[s], at, sizeof at);

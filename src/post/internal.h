@@ -154,6 +154,9 @@ struct btg_program {
     char text[BTG_TEXT_SIZE];
 };
 
+/* From wherever it is over the part to `b`, the last bit as a cut. */
+void btg_travel(btg_program *program, const btg_stop *b);
+
 /* ---- refine.c ----------------------------------------------------------------------------- */
 
 /* Hands the way from `a` to `b` to pace in pieces that stay within the tolerance. */

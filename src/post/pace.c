@@ -7,7 +7,7 @@
 
 /* Turning by more than this is looked at in pieces: in between, linear joints may run faster than
  * the ends tell. */
-#define PIECE_RAD  0.1
+#define PIECE_RAD  0.05
 #define PIECES_MAX 256
 /* Rounds in which neighbours share a change of speed that is too great. What is left after them
  * the last pass puts on the later one alone. */
@@ -58,8 +58,7 @@ static void check_limits(btg_program *p, const double joint[5]) {
 static double shortest(btg_program *p, const btg_stop *a, const btg_stop *b, bool rest) {
     const btg_machine_def *d = &p->machine.def;
     double turn = fabs(b->angle[0] - a->angle[0]) + fabs(b->angle[1] - a->angle[1]);
-    int n = d->tcp ? (int)fmin(ceil(turn / PIECE_RAD), PIECES_MAX) : 1;
-    if (n < 1) n = 1;
+    int n = d->tcp && turn > STILL ? (int)fmin(1 + ceil(turn / PIECE_RAD), PIECES_MAX) : 1;
     double before[5], now[5], step[5] = {0}, seconds = 0;
     joints_at(&p->machine, a, b, 0, before);
     for (int k = 1; k <= n; k++) {
@@ -68,7 +67,10 @@ static double shortest(btg_program *p, const btg_stop *a, const btg_stop *b, boo
         for (int j = 0; j < 5; j++) {
             double delta = now[j] - before[j], bend = fabs(delta - step[j]);
             double rate = acceleration_of(d, j);
-            seconds = fmax(seconds, fabs(delta) * n / speed_of(d, j));
+            /* The speed changes within a piece by what it changes from one to the next. */
+            double most = fabs(delta) + (k > 1 ? bend / 2 : 0);
+            if (k == 2) most = fmax(most, fabs(step[j]) + bend / 2);
+            seconds = fmax(seconds, most * n / speed_of(d, j));
             if (k > 1) seconds = fmax(seconds, n * sqrt(bend / rate));
             if (rest) seconds = fmax(seconds, 2 * sqrt(fabs(delta) * n / rate));
             step[j] = delta;

@@ -207,8 +207,7 @@ static void across(btg_program *p, const btg_stop *b) {
     }
 }
 
-/* From wherever it is to `b`, the last bit as a cut. */
-static void travel(btg_program *p, const btg_stop *b) {
+void btg_travel(btg_program *p, const btg_stop *b) {
     btg_stop start = above(b, b->tip.z + p->def.approach_mm);
     if (p->started) {
         double z = travel_z(p, &p->at, b);
@@ -275,7 +274,7 @@ static void cross_limit(btg_program *p, const btg_stop *b) {
     if (from + back < 1 - LIMIT_CLOSE) p->info.gaps++;
     if (from > 0) btg_refine(p, &a, &near);
     p->at = near;
-    travel(p, &far);
+    btg_travel(p, &far);
     if (back > 0) btg_refine(p, &far, b);
     p->at = *b;
 }
@@ -292,7 +291,7 @@ static void turn_over(btg_program *p, const btg_choice_node *n) {
     }
     p->info.retracts++;
     p->info.rewinds++;
-    travel(p, &turned);
+    btg_travel(p, &turned);
 }
 
 static void write_node(btg_program *p, const btg_choice_node *before, const btg_choice_node *n) {
@@ -303,7 +302,7 @@ static void write_node(btg_program *p, const btg_choice_node *before, const btg_
     }
     if (!before || !n->linked) {
         if (before) p->info.retracts++;
-        travel(p, &stop);
+        btg_travel(p, &stop);
         return;
     }
     if (before->leave != before->arrive) turn_over(p, before);
