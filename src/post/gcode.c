@@ -203,10 +203,25 @@ static void put_rate(btg_program *p, double seconds, double length_mm, double tu
     put_feed(p, "F", feed);
 }
 
+/* The way as it is written: of short moves rounding changes the length, and with it the time that a
+ * feed stands for. */
+static double written(const btg_program *p, const words *w, int from, int to, int decimals) {
+    double sum = 0, unit = pow(10, -decimals);
+    for (int i = from; i < to; i++) {
+        double way = (double)(w->value[i] - p->last[i]) * unit;
+        sum += way * way;
+    }
+    return sqrt(sum);
+}
+
 void btg_gcode_cut(btg_program *p, const btg_stop *stop, double seconds, double length_mm,
                    double turn_rad) {
     words w = words_of(p, stop);
     if (!any_change(p, &w) || !(seconds > 0)) return;
+    if (p->machine.def.tcp && p->known[0] && p->known[1] && p->known[2])
+        length_mm = written(p, &w, 0, 3, p->decimals_mm);
+    if (w.count == 5 && p->known[3] && p->known[4])
+        turn_rad = written(p, &w, 3, 5, p->decimals_deg) * (BTG_PI / 180);
     begin_line(p);
     put_motion(p, 1);
     put_words(p, &w);
@@ -378,8 +393,16 @@ void btg_gcode_first(btg_program *p, const btg_stop *stop) {
     btg_gcode_rapid(p, stop);
 }
 
+/* So that a reader sees whether lines are left out. */
+static void put_count(btg_program *p) {
+    char digits[BTG_NUMBER_SIZE];
+    *btg_number_text(digits, (int64_t)p->info.blocks, 0, 0) = '\0';
+    comment(p, "MOVES ", digits);
+}
+
 void btg_gcode_end(btg_program *p) {
     const btg_machine_def *d = &p->machine.def;
+    put_count(p);
     if (p->def.spindle_rpm > 0) line(p, "M5");
     if (p->machine.def.inverse_time && !is(p, BTG_CONTROL_HEIDENHAIN)) line(p, "G94");
     switch (d->control) {
