@@ -3,6 +3,7 @@
 #include "app/progress.h"
 #include "app/verify.h"
 #include "core/part.h"
+#include "io/machine.h"
 #include "io/map.h"
 
 #include <math.h>
@@ -12,12 +13,15 @@
 
 /* Positions between two looks at the clock. */
 #define LOOK_EVERY 1024
+/* Share of --sweep-error by which a program's poses may tell the machine's motion wrong. */
+#define POSE_SHARE 0.25
 
 typedef struct run {
     verify_options options;
     verify_report report;
     btg_part *part;
     btg_tool tool;
+    btg_machine machine;
     btg_track track;
     btg_verify *verify;
     btg_output outputs[BTG_OUTPUT_MAX];
@@ -32,9 +36,9 @@ static bool same_file(const char *a, const char *b) {
 }
 
 static int refuse(const run *r, btg_status status) {
-    /* Every error here is an input's, but want of memory. */
-    return app_complain(status == BTG_ERROR_MEMORY ? APP_FAILED : APP_UNUSABLE, "%s",
-                        r->message.text);
+    /* Every error here is an input's, but want of memory and a program its machine cannot run. */
+    bool failed = status == BTG_ERROR_MEMORY || status == BTG_ERROR_UNSUPPORTED;
+    return app_complain(failed ? APP_FAILED : APP_UNUSABLE, "%s", r->message.text);
 }
 
 static int open_outputs(run *r) {
@@ -65,10 +69,27 @@ static btg_status find_tool(run *r) {
     return btg_tool_init(def, &r->tool, &r->message);
 }
 
+static btg_status open_track(run *r) {
+    verify_options *o = &r->options;
+    btg_track_def def = o->track_def;
+    const btg_tool_def *tool = &o->path.tool;
+    if (o->path.machine) {
+        btg_status status =
+            btg_machine_load(o->path.machine, o->path.tool_length_mm, &r->machine, &r->message);
+        if (status != BTG_OK) return status;
+        def.machine = &r->machine;
+        def.error_mm = POSE_SHARE * o->def.sweep_error_mm;
+        /* The rim's farthest point from the tip. */
+        def.reach_mm = tool->major_radius_mm + 2 * tool->minor_radius_mm;
+    }
+    btg_status status = btg_track_open(&r->track, &def, o->track, &r->message);
+    if (r->track.kind == BTG_TRACK_PROGRAM) o->def.pose_error_mm = def.error_mm;
+    return status;
+}
+
 static int set_up(run *r) {
     const verify_options *o = &r->options;
-    r->track.link_all = o->link_all;
-    btg_status status = btg_track_open(&r->track, o->track, &r->message);
+    btg_status status = open_track(r);
     if (status == BTG_OK) status = find_tool(r);
     if (status == BTG_OK)
         status = btg_gltf_load(o->path.part, &o->path.gltf, &r->part, &r->message);
@@ -134,9 +155,7 @@ static int finish(run *r) {
     v->options = o;
     v->tool = &r->tool;
     v->threads = btg_verify_threads(r->verify);
-    v->missing = r->track.missing;
-    v->missing_pass = r->track.missing_pass;
-    v->missing_point = r->track.missing_point;
+    v->track = &r->track;
     v->ok = verify_ok(v);
     btg_output out = btg_output_borrow(r->standard ? stderr : stdout);
     if (o->path.json)

@@ -17,7 +17,7 @@ typedef struct verify_options {
     path_options path; /* part, tool, reading, threads, --json, --quiet, --help */
     const char *track;
     bool tool_given;
-    bool link_all;
+    btg_track_def track_def;
     btg_verify_def def;
     double max_gouge_mm, max_scallop_mm; /* INFINITY: no limit */
     verify_output outputs[BTG_OUTPUT_MAX];
@@ -32,13 +32,12 @@ typedef struct verify_report {
     const btg_tool *tool;
     btg_verify_result result;
     uint32_t threads;
-    uint64_t missing; /* positions that the path's numbers say are left out */
-    uint32_t missing_pass, missing_point;
+    const btg_track *track; /* at its end */
     double seconds;
     bool ok;
 } verify_report;
 
-/* No limit is broken and no position is missing. */
+/* No limit is broken, no position is missing, no joint too fast. */
 bool verify_ok(const verify_report *report);
 void verify_print(const verify_report *report, FILE *file);
 void verify_json(const verify_report *report, btg_output *output);

@@ -8,9 +8,9 @@
 #include <strings.h>
 
 /* Options of `bitangent path` that mean the same here. */
-static const char *const borrowed[] = {"--tool",      "--shank", "--holder",   "--threads",
-                                       "--gltf-unit", "--up",    "--use-mesh", "--json",
-                                       "--quiet",     "--help",  "-h"};
+static const char *const borrowed[] = {
+    "--tool", "--shank",    "--holder", "--machine", "--tool-length", "--threads", "--gltf-unit",
+    "--up",   "--use-mesh", "--json",   "--quiet",   "--help",        "-h"};
 
 static bool set_length(const char *name, const char *value, double least, double *mm) {
     double x;
@@ -49,7 +49,7 @@ static bool set_stock(verify_options *o, const char *name, const char *value) {
 static bool set_links(verify_options *o, const char *name, const char *value) {
     if (strcmp(value, "pass") != 0 && strcmp(value, "all") != 0)
         return app_refuse(name, "unknown '%.100s'; give pass or all", value);
-    o->link_all = value[0] == 'a';
+    o->track_def.link_all = value[0] == 'a';
     return true;
 }
 
@@ -121,11 +121,8 @@ static bool take_option(verify_options *o, int count, char **words, int *i) {
     size_t k = 0;
     while (k < sizeof own / sizeof *own && !named(own[k].name, word, size))
         k++;
-    if (!path && k == sizeof own / sizeof *own) {
-        if (named("--machine", word, size))
-            return app_refuse("--machine", "not in this version; see 'bitangent help verify'");
+    if (!path && k == sizeof own / sizeof *own)
         return app_refuse("verify", "unknown option '%.200s'; see 'bitangent help verify'", word);
-    }
     const char *name = path ? path->name : own[k].name, *value = equals ? equals + 1 : NULL;
     if (path && path->flag) {
         if (equals) return app_refuse(name, "takes no value");

@@ -4,10 +4,14 @@
 #include <inttypes.h>
 #include <math.h>
 
+/* A joint's speed over what it can do; a program's numbers are rounded. */
+#define HASTE_MAX 1.01
+
 bool verify_ok(const verify_report *v) {
     const verify_options *o = v->options;
     return v->result.max_gouge_mm <= o->max_gouge_mm &&
-           v->result.max_scallop_mm <= o->max_scallop_mm && v->missing == 0;
+           v->result.max_scallop_mm <= o->max_scallop_mm && v->track->missing == 0 &&
+           v->track->reader.haste <= HASTE_MAX;
 }
 
 /* ---- for people --------------------------------------------------------------------------- */
@@ -21,6 +25,34 @@ static void print_place(const btg_verify_place *p, bool on_part, FILE *file) {
 static void print_limit(double value, double limit, FILE *file) {
     if (isfinite(limit))
         fprintf(file, "; %s the limit of %.6g mm", value <= limit ? "within" : "BEYOND", limit);
+}
+
+static void print_program(const btg_track *t, FILE *file) {
+    const btg_reader *r = &t->reader;
+    const btg_machine_def *d = &r->machine->def;
+    if (t->missing > 0)
+        fprintf(file, "%-14s the program says that it moves in %ld lines, and has %ld\n",
+                "LINES CHANGED", r->promised, (long)r->moves);
+    fprintf(file, "%-14s %s: ", "machine", d->name);
+    if (r->haste == 0) {
+        fprintf(file, "%lu moves, joint speeds not known\n", r->moves);
+        return;
+    }
+    char joint =
+        (char)(r->hasty_joint < 3 ? 'X' + r->hasty_joint : d->rotary[r->hasty_joint - 3].letter);
+    fprintf(file, "%lu moves, joints at most at %.1f %% of their speed (%c, line %" PRIu64 ")%s\n",
+            r->moves, 100 * r->haste, joint, t->hasty_line,
+            r->haste > HASTE_MAX ? "; BEYOND the limit" : "");
+}
+
+static void print_missing(const btg_track *t, FILE *file) {
+    if (t->kind == BTG_TRACK_PROGRAM) {
+        print_program(t, file);
+    } else if (t->missing > 0) {
+        fprintf(file,
+                "%-14s %10" PRIu64 " positions by their numbers, first before pass %u, point %u\n",
+                "MISSING", t->missing, t->missing_pass, t->missing_point);
+    }
 }
 
 static void print_bounds(const verify_report *v, FILE *file) {
@@ -47,10 +79,7 @@ void verify_print(const verify_report *v, FILE *file) {
             r->positions, r->steps, r->length_mm);
     fprintf(file, "%-14s %" PRIu64 " cells of %.6g mm, swept tool to %.6g mm\n", "field", r->cells,
             r->cell_mm, r->sweep_error_mm);
-    if (v->missing > 0)
-        fprintf(file,
-                "%-14s %10" PRIu64 " positions by their numbers, first before pass %u, point %u\n",
-                "MISSING", v->missing, v->missing_pass, v->missing_point);
+    print_missing(v->track, file);
     fprintf(file, "%-14s %10.6f mm", "greatest gouge", r->max_gouge_mm);
     print_place(&r->gouge, true, file);
     print_limit(r->max_gouge_mm, o->max_gouge_mm, file);
@@ -109,6 +138,21 @@ static void json_field(btg_json *json, const btg_verify_result *r) {
     btg_json_number(json, "sweep_error_mm", r->sweep_error_mm);
 }
 
+static void json_missing(btg_json *json, const btg_track *t) {
+    btg_json_count(json, "missing", t->missing);
+    if (t->kind == BTG_TRACK_CSV && t->missing > 0) {
+        btg_json_open(json, "missing_before", '{');
+        btg_json_count(json, "pass", t->missing_pass);
+        btg_json_count(json, "point", t->missing_point);
+        btg_json_close(json, '}');
+    }
+    if (t->kind != BTG_TRACK_PROGRAM) return;
+    btg_json_string(json, "machine", t->reader.machine->def.name);
+    btg_json_count(json, "moves", t->reader.moves);
+    btg_json_number(json, "joint_speed", t->reader.haste > 0 ? t->reader.haste : NAN);
+    btg_json_count(json, "joint_speed_line", t->hasty_line);
+}
+
 void verify_json(const verify_report *v, btg_output *output) {
     const btg_verify_result *r = &v->result;
     const verify_options *o = v->options;
@@ -120,13 +164,7 @@ void verify_json(const verify_report *v, btg_output *output) {
     btg_json_bool(&json, "ok", v->ok);
     btg_json_count(&json, "positions", r->positions);
     btg_json_count(&json, "steps", r->steps);
-    btg_json_count(&json, "missing", v->missing);
-    if (v->missing > 0) {
-        btg_json_open(&json, "missing_before", '{');
-        btg_json_count(&json, "pass", v->missing_pass);
-        btg_json_count(&json, "point", v->missing_point);
-        btg_json_close(&json, '}');
-    }
+    json_missing(&json, v->track);
     btg_json_number(&json, "max_gouge_mm", r->max_gouge_mm);
     json_place(&json, "max_gouge_at", &r->gouge, false);
     btg_json_number(&json, "max_scallop_mm", r->max_scallop_mm);

@@ -69,6 +69,14 @@ static inline btg_vec3 vec_perpendicular(btg_vec3 a) {
     btg_vec3 e = fabs(a.x) < 0.6 ? vec(1, 0, 0) : vec(0, 1, 0);
     return vec_unit(vec_cross(a, e));
 }
+/* The unit vector at `part` of the even turn from unit a to unit b, in the plane of both. */
+static inline btg_vec3 vec_turned(btg_vec3 a, btg_vec3 b, double part) {
+    double angle = atan2(vec_norm(vec_cross(a, b)), vec_dot(a, b));
+    /* Below this the chord is the arc to a double's last digit. */
+    if (angle < 1e-8) return vec_unit(vec_mad(a, vec_sub(b, a), part));
+    btg_vec3 across = vec_unit(vec_mad(b, a, -vec_dot(a, b)));
+    return vec_unit(vec_add(vec_scale(a, cos(angle * part)), vec_scale(across, sin(angle * part))));
+}
 static inline btg_vec3 vec_nan(void) {
     return vec(NAN, NAN, NAN);
 }

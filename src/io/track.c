@@ -166,9 +166,8 @@ static btg_status csv_row(btg_track *t, btg_verify_pose *pose, bool *contact,
         t->linked = false;
         return BTG_OK;
     }
-    pose->pass = (uint32_t)v[0];
-    pose->point = (uint32_t)v[1];
-    pose->link = t->linked && (same || t->link_all);
+    *pose = (btg_verify_pose){.pass = (uint32_t)v[0], .point = (uint32_t)v[1]};
+    pose->link = t->linked && (same || t->def.link_all);
     t->linked = true;
     return place(t, vec(v[3], v[4], v[5]), vec(v[6], v[7], v[8]), pose, message);
 }
@@ -252,21 +251,21 @@ static btg_status apt_cutter(btg_track *t, const char *rest, btg_message *messag
 
 static btg_status apt_goto(btg_track *t, const char *rest, btg_verify_pose *pose,
                            btg_message *message) {
-    double v[6] = {0, 0, 0, 0, 0, 1};
+    double v[6] = {0, 0, 0, t->axis.x, t->axis.y, t->axis.z};
     int n = values(rest, v, 6);
     if (n != 3 && n != 6)
         return fail(t, message, "GOTO/ takes x, y, z and the axis i, j, k; give 3 or 6 numbers");
-    pose->pass = 0;
-    pose->point = t->last_point++;
-    pose->link = t->linked;
+    *pose = (btg_verify_pose){.point = t->last_point++, .link = t->linked};
     t->linked = true;
+    t->axis = vec(v[3], v[4], v[5]);
     return place(t, vec_scale(vec(v[0], v[1], v[2]), t->scale), vec(v[3], v[4], v[5]), pose,
                  message);
 }
 
 static btg_status apt_next(btg_track *t, btg_verify_pose *pose, bool *ended, btg_message *message) {
-    static const char *const motions[] = {"GODLTA", "CIRCLE", "CYCLE",
-                                          "MOVARC", "GOHOME", "GOBACK"};
+    static const char *const motions[] = {"GODLTA", "CIRCLE", "CYCLE",  "MOVARC",
+                                          "GOHOME", "GOBACK", "TRACUT", "COPY",
+                                          "ORIGIN", "TRANS",  "TLAXIS"};
     for (;;) {
         const char *rest;
         *ended = t->ended;
@@ -279,28 +278,87 @@ static btg_status apt_next(btg_track *t, btg_verify_pose *pose, bool *ended, btg
         if (begins(t->text, "CUTTER", &rest)) status = apt_cutter(t, rest, message);
         for (size_t i = 0; i < sizeof motions / sizeof *motions && status == BTG_OK; i++)
             if (begins(t->text, motions[i], &rest))
-                status =
-                    fail(t, message, "a motion other than GOTO/; write the path as GOTO/ alone");
+                status = fail(t, message,
+                              "moves or turns other than GOTO/; write the path as GOTO/ alone");
         if (status < 0) return status;
     }
 }
 
-/* ---- both --------------------------------------------------------------------------------- */
+/* ---- programs ------------------------------------------------------------------------------ */
+
+static btg_status fail_program(const btg_track *t, btg_status status, const btg_message *why,
+                               btg_message *message) {
+    return btg_fail(message, status, "%.256s:%llu: %.200s", t->path, (unsigned long long)t->line,
+                    why->text);
+}
+
+static btg_status program_end(btg_track *t, btg_message *message) {
+    const btg_reader *r = &t->reader;
+    if (!r->ended)
+        return fail(t, message, "the program does not end (M2, M30, END PGM); it is cut short");
+    if (r->promised >= 0) t->missing = (uint64_t)labs(r->promised - (long)r->moves);
+    return BTG_OK;
+}
+
+static btg_status program_next(btg_track *t, btg_verify_pose *pose, bool *ended,
+                               btg_message *message) {
+    btg_reader *r = &t->reader;
+    for (;;) {
+        btg_message why;
+        btg_reader_place p;
+        bool any;
+        double haste = r->haste;
+        btg_status status = btg_reader_pose(r, &p, &any, &why);
+        if (status < 0) return fail_program(t, status, &why, message);
+        if (r->haste > haste) t->hasty_line = t->line;
+        if (any) {
+            *pose = (btg_verify_pose){.link = p.linked, .between = p.between};
+            return place(t, p.tip, p.axis, pose, message);
+        }
+        size_t size;
+        status = get_line(t, 0, &size, ended, message);
+        if (status < 0) return status;
+        if (*ended) return program_end(t, message);
+        status = btg_reader_line(r, t->text, &why);
+        if (status < 0) return fail_program(t, status, &why, message);
+    }
+}
+
+/* ---- all ------------------------------------------------------------------------------------ */
 
 static bool kind_of(const char *path, btg_track_kind *kind) {
+    static const struct {
+        const char *ending;
+        btg_track_kind kind;
+    } known[] = {{".csv", BTG_TRACK_CSV},    {".cl", BTG_TRACK_APT},
+                 {".apt", BTG_TRACK_APT},    {".ngc", BTG_TRACK_PROGRAM},
+                 {".nc", BTG_TRACK_PROGRAM}, {".mpf", BTG_TRACK_PROGRAM},
+                 {".h", BTG_TRACK_PROGRAM}};
     const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.');
-    if (!dot) return false;
-    *kind = strcasecmp(dot, ".csv") == 0 ? BTG_TRACK_CSV : BTG_TRACK_APT;
-    return *kind == BTG_TRACK_CSV || strcasecmp(dot, ".cl") == 0 || strcasecmp(dot, ".apt") == 0;
+    for (size_t i = 0; dot && i < sizeof known / sizeof *known; i++) {
+        if (strcasecmp(dot, known[i].ending) != 0) continue;
+        *kind = known[i].kind;
+        return true;
+    }
+    return false;
+}
+
+static btg_status next(btg_track *t, btg_verify_pose *pose, bool *ended, btg_message *message) {
+    switch (t->kind) {
+    case BTG_TRACK_CSV:
+        return csv_next(t, pose, ended, message);
+    case BTG_TRACK_APT:
+        return apt_next(t, pose, ended, message);
+    default:
+        return program_next(t, pose, ended, message);
+    }
 }
 
 static btg_status start(btg_track *t, btg_message *message) {
     bool ended = false;
     btg_status status = BTG_OK;
     if (t->kind == BTG_TRACK_CSV) status = csv_header(t, message);
-    if (status == BTG_OK)
-        status = t->kind == BTG_TRACK_CSV ? csv_next(t, &t->ahead, &ended, message)
-                                          : apt_next(t, &t->ahead, &ended, message);
+    if (status == BTG_OK) status = next(t, &t->ahead, &ended, message);
     if (status < 0) return status;
     if (ended)
         return btg_fail(message, BTG_ERROR_FORMAT,
@@ -309,12 +367,18 @@ static btg_status start(btg_track *t, btg_message *message) {
     return BTG_OK;
 }
 
-btg_status btg_track_open(btg_track *track, const char *path, btg_message *message) {
-    bool link_all = track->link_all;
-    *track = (btg_track){.path = path, .scale = 1, .link_all = link_all};
+btg_status btg_track_open(btg_track *track, const btg_track_def *def, const char *path,
+                          btg_message *message) {
+    *track = (btg_track){.path = path, .scale = 1, .def = *def, .axis = {0, 0, 1}};
     if (!kind_of(path, &track->kind))
         return btg_fail(message, BTG_ERROR_FORMAT,
-                        "%.256s: unknown kind of path; give .csv or .cl (APT)", path);
+                        "%.256s: unknown kind of path; give .csv, .cl (APT) or .ngc", path);
+    if (track->kind == BTG_TRACK_PROGRAM) {
+        if (!def->machine)
+            return btg_fail(message, BTG_ERROR_FORMAT,
+                            "%.256s: a program for a machine; say which with --machine", path);
+        btg_reader_open(&track->reader, def->machine, def->error_mm, def->reach_mm);
+    }
     track->file = fopen(path, "r");
     if (!track->file) return fail_file(track, errno, message);
     btg_status status = start(track, message);
@@ -329,8 +393,7 @@ btg_status btg_track_next(btg_track *t, btg_verify_pose *pose, bool *ended, btg_
         *pose = t->ahead;
         return BTG_OK;
     }
-    return t->kind == BTG_TRACK_CSV ? csv_next(t, pose, ended, message)
-                                    : apt_next(t, pose, ended, message);
+    return next(t, pose, ended, message);
 }
 
 void btg_track_close(btg_track *track) {

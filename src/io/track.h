@@ -3,41 +3,58 @@
 #define BTG_IO_TRACK_H
 
 #include "bitangent/verify.h"
+#include "post/read.h"
 
 #include <stdbool.h>
 #include <stdio.h>
 
 #define BTG_TRACK_LINE 4096 /* longest line or APT record, characters */
 
-typedef enum btg_track_kind { BTG_TRACK_CSV, BTG_TRACK_APT } btg_track_kind;
+typedef enum btg_track_kind { BTG_TRACK_CSV, BTG_TRACK_APT, BTG_TRACK_PROGRAM } btg_track_kind;
+
+/* What is to be known before a path is opened. */
+typedef struct btg_track_def {
+    bool link_all;              /* CSV: the tool also moves from pass to pass */
+    const btg_machine *machine; /* programs are for; NULL: none is expected */
+    double error_mm; /* of a program's motion, as told by poses; of points up to reach_mm from the
+                        tip */
+    double reach_mm;
+} btg_track_def;
 
 typedef struct btg_track {
     const char *path;
     FILE *file;
     btg_track_kind kind;
-    bool link_all; /* the tool also moves from pass to pass; set before the first btg_track_next */
+    btg_track_def def;
     uint64_t line;
     char text[BTG_TRACK_LINE];
     /* CSV */
     int columns, column[9]; /* pass, point, status, tip, axis */
     bool numbered;          /* `last` has the numbers of a row */
     uint32_t last_pass, last_point;
-    uint64_t missing;                     /* point numbers left out so far */
-    uint32_t missing_pass, missing_point; /* the first of them */
+    uint64_t missing; /* point numbers left out so far; of a program: moves, when it has ended */
+    uint32_t missing_pass, missing_point; /* CSV: the first of them */
     /* APT */
     bool cutter; /* the file says which: */
     double major_radius_mm, minor_radius_mm;
     double scale; /* mm per unit */
     bool ended;
+    btg_vec3 axis; /* of the last GOTO: it stays */
+    /* programs */
+    btg_reader reader;
+    uint64_t hasty_line; /* where reader.haste is from */
+
     btg_verify_pose ahead; /* read while looking for the cutter */
     bool has_ahead;
 
     bool linked; /* the tool moves from the last position to the next */
 } btg_track;
 
-/* Opens a path by its ending, .csv or .cl (.apt), and reads up to the first position. Errors:
- * ERROR_FILE, ERROR_FORMAT with a message: file, line, reason, remedy. */
-btg_status btg_track_open(btg_track *track, const char *path, btg_message *message);
+/* Opens a path by its ending, .csv, .cl (.apt) or .ngc (.nc, .mpf, .h), and reads up to the first
+ * position. Errors: ERROR_FILE, ERROR_FORMAT, ERROR_UNSUPPORTED (a program that its machine cannot
+ * run) with a message: file, line, reason, remedy. */
+btg_status btg_track_open(btg_track *track, const btg_track_def *def, const char *path,
+                          btg_message *message);
 /* *ended: there was none left. Rows without contact are passed over. */
 btg_status btg_track_next(btg_track *track, btg_verify_pose *pose, bool *ended,
                           btg_message *message);

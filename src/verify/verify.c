@@ -35,6 +35,9 @@ struct btg_verify {
     char *workspaces;
     size_t workspace_size;
     btg_verify_pose last;
+    btg_verify_place last_place;
+    bool placed;       /* those two are */
+    uint64_t poses;    /* taken so far */
     uint64_t last_hit; /* position counted as a collision last */
     btg_verify_result result;
 };
@@ -61,6 +64,10 @@ static btg_status check(const btg_verify_def *def, btg_message *message) {
     if (!(def->sweep_error_mm >= 1e-9 && def->sweep_error_mm <= BTG_LENGTH_MAX))
         return btg_fail(message, BTG_ERROR_ARGUMENT,
                         "verify: a sweep error of %g mm; give 1e-9 or more", def->sweep_error_mm);
+    if (!(def->pose_error_mm >= 0 && def->pose_error_mm < def->sweep_error_mm))
+        return btg_fail(message, BTG_ERROR_ARGUMENT,
+                        "verify: a pose error of %g mm; give 0 or more, below the sweep error",
+                        def->pose_error_mm);
     if (!(def->stock_mm >= 0 && def->stock_mm <= BTG_LENGTH_MAX))
         return btg_fail(message, BTG_ERROR_ARGUMENT,
                         "verify: a stock of %g mm over the part; give 0 or more", def->stock_mm);
@@ -288,34 +295,26 @@ static btg_verify_place place_of(const btg_verify_pose *pose, uint64_t position)
         .position = position, .line = pose->line, .pass = pose->pass, .point = pose->point};
 }
 
-/* The axis at part t of the turn from a to b by `angle`. */
-static btg_vec3 turned(btg_vec3 a, btg_vec3 b, double angle, double t) {
-    if (angle < 1e-9) return vec_unit(vec_mad(a, vec_sub(b, a), t));
-    btg_vec3 across = vec_unit(vec_mad(b, a, -vec_dot(a, b)));
-    return vec_unit(vec_add(vec_scale(a, cos(angle * t)), vec_scale(across, sin(angle * t))));
-}
-
 static bool clear_of_stock(const btg_verify *v, const btg_verify_pose *pose) {
     btg_step s = {.axis = pose->axis, .centre = vec_mad(pose->tip, pose->axis, v->cutter.minor)};
     return lowest(v, &s) >= v->field.top;
 }
 
-static void add_motion(btg_verify *v, const btg_verify_pose *to) {
+static void add_motion(btg_verify *v, const btg_verify_pose *to, const btg_verify_place *place) {
     const btg_verify_pose *from = &v->last;
     /* Between two poses the tool leans no more than at one of them: it stays as high. */
     if (clear_of_stock(v, from) && clear_of_stock(v, to)) return;
     btg_vec3 way = vec_sub(to->tip, from->tip);
     double angle = atan2(vec_norm(vec_cross(from->axis, to->axis)), vec_dot(from->axis, to->axis));
     double length = vec_norm(way);
-    uint32_t n = btg_stock_steps(&v->cutter, length, angle, v->def.sweep_error_mm);
-    btg_verify_place a = place_of(from, v->result.positions - 1),
-                     b = place_of(to, v->result.positions);
+    double error = v->def.sweep_error_mm - v->def.pose_error_mm;
+    uint32_t n = btg_stock_steps(&v->cutter, length, angle, error);
     v->result.length_mm += length;
     for (uint32_t i = 1; i < n; i++) {
         double t = (double)i / n;
         uint32_t order = 2 * POSE_ORDERS + 1 - twos(i, POSE_ORDERS);
-        add_step(v, vec_mad(from->tip, way, t), turned(from->axis, to->axis, angle, t), order,
-                 false, 2 * i < n ? &a : &b);
+        add_step(v, vec_mad(from->tip, way, t), vec_turned(from->axis, to->axis, t), order, false,
+                 2 * i < n ? &v->last_place : place);
     }
 }
 
@@ -323,12 +322,15 @@ btg_status btg_verify_add(btg_verify *v, const btg_verify_pose *pose) {
     if (!v || !pose || !vec_finite(pose->tip) || !vec_finite(pose->axis)) return BTG_ERROR_ARGUMENT;
     if (fabs(vec_norm(pose->axis) - 1) > UNIT_TOLERANCE || pose->axis.z < AXIS_Z_MIN)
         return BTG_ERROR_ARGUMENT;
-    v->result.positions++;
     btg_verify_pose p = *pose;
     p.axis = vec_unit(p.axis);
-    if (p.link && v->result.positions > 1) add_motion(v, &p);
-    btg_verify_place place = place_of(&p, v->result.positions);
-    add_step(v, p.tip, p.axis, POSE_ORDERS - twos(v->result.positions, POSE_ORDERS), true, &place);
+    btg_verify_place place = place_of(&p, v->result.positions + 1);
+    if (p.link && v->placed) add_motion(v, &p, &place);
+    if (!p.between) v->result.positions++;
+    v->poses++;
+    add_step(v, p.tip, p.axis, POSE_ORDERS - twos(v->poses, POSE_ORDERS), !p.between, &place);
+    v->placed = true;
+    v->last_place = place;
     v->last = p;
     return BTG_OK;
 }

@@ -8,6 +8,7 @@ import csv
 import json
 import math
 import os
+import re
 import struct
 import subprocess
 import sys
@@ -149,6 +150,72 @@ class Verify(program.Case):
         self.assertGreater(v["collision_mm"], 0)
         self.assertIn("position", v["collision_at"])
 
+    # ---- programs
+
+    def program(self, machine):
+        """A program that the machine runs, its path as CSV, and what verification says of that."""
+        out = self.at("path.ngc")
+        self.good("path", self.part, "--tool", "4,3", *STEPS, "--quiet", "-o", out, "--machine", machine)
+        return out
+
+    def lines(self, change, name="broken.ngc"):
+        """The program with a change made to its cutting lines: (line, index) -> line or None."""
+        with open(self.at("path.ngc")) as f:
+            lines = f.read().split("\n")
+        # Well inside the part, and with a word for each axis.
+        cuts = [i for i, line in enumerate(lines)
+                if re.match(r"(G1|\d+ L) X\+?[23]\d\.\d* Y\+?[23]\d\.\d* Z.* [AB]", line)]
+        place = cuts[len(cuts) // 2]
+        lines[place] = change(lines[place])
+        return self.write(name, "\n".join(x for x in lines if x is not None)), place + 1
+
+    def test_programs(self):
+        """Joints, angles and vectors: each machine cuts what the path says."""
+        want = self.verify(self.path_csv)
+        joints = os.path.join(program.ROOT, "assets", "machines", "head-table.json")
+        for machine in ("xyzac-trt", "xyzbc-trt", "fanuc", "siemens", "heidenhain", joints):
+            v = self.verify(self.program(machine), "--machine", machine, *LIMITS)
+            self.assertGreater(v["positions"], want["positions"], machine)
+            self.assertAlmostEqual(v["max_gouge_mm"], want["max_gouge_mm"], delta=2e-3)
+            self.assertAlmostEqual(v["max_scallop_mm"], want["max_scallop_mm"], delta=5e-3)
+            self.assertAlmostEqual(v["removed_mm3"] / want["removed_mm3"], 1, delta=1e-4)
+            if machine != "siemens":
+                self.assertTrue(0.5 < v["joint_speed"] <= 1.01, v["joint_speed"])
+
+    def test_broken_programs(self):
+        def lower(line):
+            return re.sub(r"Z\+?(-?[\d.]+)", lambda m: "Z%.4f" % (float(m[1]) - 0.05), line)
+
+        def turn(line):
+            return re.sub(r"([AB])\+?(-?[\d.]+)", lambda m: "%s%.3f" % (m[1], float(m[2]) + 10), line)
+
+        for machine in ("xyzac-trt", "heidenhain"):
+            self.program(machine)
+            for change in (lower, turn):
+                name, line = self.lines(change)
+                v = self.verify(name, "--machine", machine, *LIMITS, code=1)
+                self.assertIn(line, (v["max_gouge_at"]["line"], v["bound_at"]["line"]), (machine, change))
+                self.assertGreater(v["max_gouge_mm"], 0.045)
+            name, _ = self.lines(lambda line: None)
+            v = self.verify(name, "--machine", machine, *LIMITS, code=1)
+            self.assertEqual(v["missing"], 1)
+
+    def test_wrong_machine(self):
+        """Angles meant for another table, a feed that no joint can follow, a limit."""
+        out = self.program("xyzac-trt")
+        turned = json.dumps({"rotary": [{"axis": "A", "in": "table", "direction": [-1, 0, 0]},
+                                        {"axis": "C", "in": "table", "direction": [0, 0, 1]}],
+                             "program": {"control": "linuxcnc"}})
+        v = self.verify(out, "--machine", self.write("turned.json", turned), *LIMITS, code=1)
+        self.assertGreater(v["max_gouge_mm"], 0.1)
+        with open(out) as f:
+            text = f.read()
+        fast = self.write("fast.ngc", re.sub(r"(G1 .*)F[\d.]+", r"\1F9000.0", text))
+        v = self.verify(fast, "--machine", "xyzac-trt", *LIMITS, code=1)
+        self.assertGreater(v["joint_speed"], 2)
+        far = self.write("far.ngc", re.sub(r"G0 Z\d+\.\d+", "G0 Z900.0", text))
+        self.bad(1, "verify", self.part, far, "--machine", "xyzac-trt", say="far.ngc:12: joint Z comes to")
+
     # ---- files
 
     def test_files(self):
@@ -186,7 +253,11 @@ class Verify(program.Case):
         refuse(self.part, self.path_csv, "--max-scallop", "x", say="--max-scallop")
         refuse(self.part, self.path_csv, "--side-step", "1", say="--side-step")
         refuse(self.part, self.path_csv, "--links", "some", say="--links")
-        refuse(self.part, self.path_csv, "--machine", "fanuc", say="--machine")
+        refuse(self.part, self.path_csv, "--machine", "lathe", say="built in are")
+        refuse(self.part, self.write("a.ngc", "M2\n"), say="a.ngc: a program for a machine")
+        for text, say in (("", "it is cut short"), ("M2\n", "no position"), ("G2 X1\n", ":1: 'G2'"),
+                          ("G43 H1\nG0 X1 Y1 Z1\n\0", ":3: a zero byte"), ("G91\n", ":1: 'G91'")):
+            refuse(self.part, self.write("bad.ngc", text), "--machine", "xyzac-trt", say=say)
         refuse(self.part, self.path_csv, "-o", "map.txt", say="map.txt")
         refuse(self.part, self.path_csv, "-o", self.path_csv, say="is read from")
         header = program.HEADER + "\n"
@@ -202,7 +273,7 @@ class Verify(program.Case):
         for text, say in (
             ("FINI\n", "no position"), ("GOTO/1,2\n", ":1: GOTO"), ("GOTO/1,2,x\n", ":1: GOTO"),
             ("GOTO/1,2,3,0,0,0\n", ":1: the tool axis"), ("GOTO/1,2,3,0,0,-1\n", ":1: the tool axis"),
-            ("GOTO/1,2,$\n", "cut short"), ("GOTO/1,2,3\nCYCLE/DRILL,5\n", ":2: a motion"),
+            ("GOTO/1,2,$\n", "cut short"), ("GOTO/1,2,3\nCYCLE/DRILL,5\n", ":2: moves or turns"),
             ("CUTTER/3\nGOTO/1,2,3\n", ":1: CUTTER"), ("GOTO/1e9,2,3\n", ":1: the tip"),
         ):
             refuse(self.part, self.write("bad.cl", text), say=say)

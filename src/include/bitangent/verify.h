@@ -28,6 +28,8 @@ typedef struct btg_verify_def {
     uint32_t threads;      /* 0 (default): as many as the machine has */
     int prove;             /* 1 (default): bounds and collisions by DROP too */
     btg_allocator allocator;
+    double pose_error_mm; /* how far the poses may tell the motion wrong: part of sweep_error_mm and
+                             less than it; default 0 */
 } btg_verify_def;
 
 BTG_API btg_verify_def btg_verify_def_default(void);
@@ -40,6 +42,7 @@ typedef struct btg_verify_pose {
     int link;           /* 1: the tool moves here from the pose before */
     uint32_t pass, point;
     uint64_t line; /* of the file it is from; the three are told back, no more */
+    int between;   /* 1: no position of the path, but on the way to the next one */
 } btg_verify_pose;
 
 /* Where something happens: the pose it is at or nearest to. */
@@ -51,7 +54,7 @@ typedef struct btg_verify_place {
 } btg_verify_place;
 
 typedef struct btg_verify_result {
-    uint64_t positions, steps; /* poses; poses the motion was taken in */
+    uint64_t positions, steps; /* of the path; poses the motion was taken in */
     uint64_t cells, part_cells;
     double cell_mm, sweep_error_mm;
 
