@@ -25,8 +25,17 @@ static const struct {
      &btg_method_vcrf_grid},
     {{"depth", "drops on the part turned at bisected angles, by any back end", true, false, false},
      &btg_method_depth},
+    {{"dst", "drop, spin and tilt by Newton's method from random seeds", false, true, false},
+     &btg_method_dst},
+    {{"drd", "drops by rays from a grid on the tool, on the turned part", false, false, true},
+     &btg_method_drd},
     {{"sr", "surface rotation: drops by a grid's rays on the turned part", false, false, true},
      &btg_method_sr},
+    {{"direct", "Newton's method where x and y are linear in u and v", false, false, true},
+     &btg_method_direct},
+    {{"bisection", "a gouge grid, bisected, where x and y are linear in u and v", false, false,
+      true},
+     &btg_method_bisection},
 };
 
 #define METHODS (sizeof methods / sizeof *methods)

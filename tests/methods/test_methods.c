@@ -29,6 +29,11 @@ static const expected list[] = {
     {"vcrf-grid", 1e-5, 0.05, 1, 0.02},
     /* heights are the same to 1e-6 mm, contacts at least 4 mm apart */
     {"depth", 1e-9, 1e-6, 0.01, 0.01},
+    /* Newton ends at 1e-9 mm; a root that cuts less than its gouge grid shows leans too far */
+    {"dst", 1e-8, 1e-6, 0.05, 0.05},
+    {"direct", 1e-8, 1e-6, 0.05, 0.05},
+    {"drd", 1e-9, 1e-3, 0.01, 0.01},
+    {"bisection", 1e-9, 1e-3, 0.01, 0.01},
     {"sr", 1e-5, 0.05, 1, 0.02},
 };
 
@@ -160,6 +165,20 @@ static void test_refusals(void) {
     def.backend.name = "auto";
     s.solver.spin = BTG_SPIN_ACROSS;
     refuse(&s, def, BTG_ERROR_UNSUPPORTED, "--spin");
+    s.solver.spin = BTG_SPIN_NONE;
+    static const char *const surfaces_only[] = {"dst", "drd", "direct", "bisection"};
+    for (int i = 0; i < 4; i++) {
+        def.name = surfaces_only[i];
+        refuse(&s, def, BTG_ERROR_UNSUPPORTED, "triangles");
+    }
+    btg_part_destroy(s.part);
+    model m = {0};
+    model_paper(&m, 0);
+    s.part = model_part(&m);
+    model_free(&m);
+    tool.profile = BTG_PROFILE_BULLNOSE;
+    CHECK(btg_tool_init(&tool, &s.tool, NULL) == BTG_OK);
+    refuse(&s, def, BTG_ERROR_UNSUPPORTED, "toroidal");
     btg_part_destroy(s.part);
 }
 
