@@ -18,6 +18,7 @@ typedef enum bench_measure {
     BENCH_THREADS,   /* against the number of threads */
     BENCH_TOLERANCE, /* against the tolerance asked */
     BENCH_PATH,      /* each position from its neighbour, against each from nothing */
+    BENCH_BACKENDS,  /* all back ends on the same two batches: only where asked for */
     BENCH_MEASURES
 } bench_measure;
 
@@ -28,9 +29,11 @@ typedef struct bench_options {
     const char *parts[BENCH_PARTS_MAX];
     int part_count; /* 0: the program's own standard work */
     bool measure[BENCH_MEASURES];
+    bool chosen; /* by --only, --speed or --backends; else all but the back ends */
     bool quick;
     double seconds;     /* about how long all of it may take */
     const char *csv;    /* NULL: none */
+    const char *png;    /* picture of the back ends; NULL: none */
     const char *commit; /* a column of the CSV */
 } bench_options;
 
@@ -120,16 +123,37 @@ typedef struct bench_quantiles {
     double p50, p99, p999, max;
 } bench_quantiles;
 
+#define BENCH_RUNS_MAX 64
+/* Sorts the seconds of runs, `count` units each; processors are not known. */
+bench_rate bench_rate_of(double *seconds, int runs, size_t count);
+
 /* Sorts the values. */
 bench_quantiles bench_quantiles_of(double *values, size_t count);
 
 /* ---- results ------------------------------------------------------------------------------- */
 
+/* The greatest differences from the truth over a batch. */
+typedef struct bench_deviation {
+    double drop_mm, tilt_deg;
+    double whole_mm; /* of all of a position, as clearance */
+} bench_deviation;
+
+/* What is told of a back end; NaN where it has no such. Seconds are of one run. */
+typedef struct bench_device {
+    double upload_s, device_s, readback_s, polish_s;
+    double open_s;
+    double host_bytes, device_bytes;
+    bench_deviation raw, polished; /* raw: as a device finds it, in single precision */
+} bench_device;
+
+bench_device bench_device_none(void);
+
 /* One result. Numbers that a measure does not have are NaN, counts 0, texts "". */
 typedef struct bench_row {
     bench_measure measure;
     char surface[BENCH_NAME_SIZE];
-    const char *operation; /* "drop", "position", "follow": a position from its neighbour */
+    /* "drop", "position", "follow": a position from its neighbour, "many": a large batch of them */
+    const char *operation;
     const char *backend, *method;
     uint32_t threads;
     double tolerance_mm;
@@ -143,11 +167,21 @@ typedef struct bench_row {
     double nodes; /* mean of one operation */
     double ratio; /* to the row of the same surface that it stands against */
     double build_triangles_per_second, bytes_per_triangle;
+    bench_device device;
 } bench_row;
+
+#define BENCH_LEFT_OUT_MAX 16
+
+/* A back end that is not in the table. */
+typedef struct bench_left_out {
+    char backend[16], why[256];
+} bench_left_out;
 
 typedef struct bench_rows {
     bench_row *list;
     size_t count, capacity;
+    bench_left_out left_out[BENCH_LEFT_OUT_MAX];
+    size_t left_out_count;
 } bench_rows;
 
 /* Fills `rows`, which the caller frees, complains about wrong answers on stderr. Returns an exit
@@ -158,7 +192,8 @@ int bench_speed(const bench_options *options, bench_rows *rows);
 double bench_slice(const bench_options *options);
 int bench_runs(const bench_options *options);
 
-/* `csv` is open where there is one to write. Returns an exit code. */
-int bench_report(const bench_options *options, const bench_rows *rows, btg_output *csv);
+/* `csv` and `png` are open where there is one to write. Returns an exit code. */
+int bench_report(const bench_options *options, const bench_rows *rows, btg_output *csv,
+                 btg_output *png);
 
 #endif

@@ -46,6 +46,11 @@ static void complain(bench *b, const bench_row *row) {
                  row->limit_mm);
 }
 
+bench_device bench_device_none(void) {
+    const bench_deviation none = {NAN, NAN, NAN};
+    return (bench_device){NAN, NAN, NAN, NAN, NAN, NAN, NAN, none, none};
+}
+
 bench_row bench_row_of(const bench_subject *s, bench_measure measure, const char *operation,
                        const btg_solver_def *solver, double error_mm) {
     bench_row row = {.measure = measure,
@@ -64,7 +69,8 @@ bench_row bench_row_of(const bench_subject *s, bench_measure measure, const char
                      .nodes = NAN,
                      .ratio = NAN,
                      .build_triangles_per_second = NAN,
-                     .bytes_per_triangle = NAN};
+                     .bytes_per_triangle = NAN,
+                     .device = bench_device_none()};
     snprintf(row.surface, sizeof row.surface, "%s", s->name);
     row.ok = error_mm <= row.limit_mm;
     return row;

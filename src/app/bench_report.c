@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "app/app.h"
 #include "app/bench.h"
+#include "app/bench_table.h"
 #include "core/part.h"
 #include "io/json.h"
 
@@ -37,13 +38,14 @@ typedef struct column {
     double value; /* NaN: none */
 } column;
 
-#define COLUMNS 28
+#define COLUMNS 40
 
 static double count_of(size_t n) {
     return n > 0 ? (double)n : NAN;
 }
 
 static void columns_of(const bench_row *r, column out[COLUMNS]) {
+    const bench_device *d = &r->device;
     const column list[COLUMNS] = {
         {"threads", r->threads},
         {"tolerance_mm", r->tolerance_mm},
@@ -71,6 +73,18 @@ static void columns_of(const bench_row *r, column out[COLUMNS]) {
         {"nodes_max", r->latency_nodes.max},
         {"build_triangles_per_second", r->ok ? r->build_triangles_per_second : NAN},
         {"bytes_per_triangle", r->ok ? r->bytes_per_triangle : NAN},
+        {"upload_seconds", d->upload_s},
+        {"device_seconds", d->device_s},
+        {"readback_seconds", d->readback_s},
+        {"polish_seconds", d->polish_s},
+        {"open_seconds", d->open_s},
+        {"host_bytes", d->host_bytes},
+        {"device_bytes", d->device_bytes},
+        {"raw_drop_error_mm", d->raw.drop_mm},
+        {"raw_tilt_error_deg", d->raw.tilt_deg},
+        {"raw_error_mm", d->raw.whole_mm},
+        {"drop_error_mm", d->polished.drop_mm},
+        {"tilt_error_deg", d->polished.tilt_deg},
         {"major_radius_mm", NAN},
         {"minor_radius_mm", NAN},
     };
@@ -84,6 +98,17 @@ static void columns_for(const bench_options *o, const bench_row *r, column out[C
 }
 
 /* ---- JSON ---------------------------------------------------------------------------------- */
+
+static void write_left_out(btg_json *json, const bench_rows *rows) {
+    btg_json_open(json, "left_out", '[');
+    for (size_t i = 0; i < rows->left_out_count; i++) {
+        btg_json_open(json, NULL, '{');
+        btg_json_string(json, "backend", rows->left_out[i].backend);
+        btg_json_string(json, "why", rows->left_out[i].why);
+        btg_json_close(json, '}');
+    }
+    btg_json_close(json, ']');
+}
 
 static void write_json(btg_output *out, const bench_options *o, const bench_rows *rows) {
     char machine[MACHINE_SIZE];
@@ -110,6 +135,7 @@ static void write_json(btg_output *out, const bench_options *o, const bench_rows
         btg_json_close(&json, '}');
     }
     btg_json_close(&json, ']');
+    if (o->measure[BENCH_BACKENDS]) write_left_out(&json, rows);
     btg_json_close(&json, '}');
     btg_output_text(out, "\n");
 }
@@ -172,7 +198,8 @@ static const char *const title[BENCH_MEASURES] = {"Speed",
                                                   "Degree",
                                                   "Threads",
                                                   "Tolerance",
-                                                  "Path: each position from its neighbour"};
+                                                  "Path: each position from its neighbour",
+                                                  "Back ends"};
 
 /* Below this part of the processors that a row could use, others took them. */
 #define UNDISTURBED 0.95
@@ -251,7 +278,7 @@ static void print_tables(FILE *file, const bench_options *o, const bench_rows *r
             o->path.solver.tolerance_mm);
     fprintf(file, "drop: three axes, one contact; position: drop and tilt; %d runs of %.2g s\n",
             bench_runs(o), bench_slice(o));
-    for (int m = 0; m < BENCH_MEASURES; m++) {
+    for (int m = 0; m < BENCH_BACKENDS; m++) {
         bool any = false;
         for (size_t i = 0; i < rows->count; i++) {
             if (rows->list[i].measure != (bench_measure)m) continue;
@@ -260,6 +287,7 @@ static void print_tables(FILE *file, const bench_options *o, const bench_rows *r
             print_row(file, &rows->list[i]);
         }
     }
+    if (o->measure[BENCH_BACKENDS]) bench_table_print(file, rows);
 }
 
 /* ---- all of it ----------------------------------------------------------------------------- */
@@ -271,9 +299,16 @@ static btg_status save_csv(const bench_options *o, const bench_rows *rows, btg_o
     return status == BTG_OK ? btg_output_commit(csv, message) : status;
 }
 
-int bench_report(const bench_options *o, const bench_rows *rows, btg_output *csv) {
+static btg_status save_png(const bench_rows *rows, btg_output *png, btg_message *message) {
+    char machine[MACHINE_SIZE];
+    name_machine(machine, sizeof machine);
+    return bench_table_picture(rows, machine, png, message);
+}
+
+int bench_report(const bench_options *o, const bench_rows *rows, btg_output *csv, btg_output *png) {
     btg_message message;
     btg_status status = o->csv ? save_csv(o, rows, csv, &message) : BTG_OK;
+    if (o->png && status == BTG_OK) status = save_png(rows, png, &message);
     bool taken = o->csv && csv->standard;
     btg_output out = btg_output_borrow(taken ? stderr : stdout);
     if (o->path.json) {

@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 const char *const bench_measure_name[BENCH_MEASURES] = {
-    "speed", "latency", "triangles", "degree", "threads", "tolerance", "path"};
+    "speed", "latency", "triangles", "degree", "threads", "tolerance", "path", "backends"};
 
 /* ---- the standard work --------------------------------------------------------------------- */
 
@@ -33,6 +33,7 @@ static btg_status measure_all(bench *b, bench_subject *s, bool all) {
     if (wanted[BENCH_THREADS] && all && status == BTG_OK) status = bench_measure_threads(b, s);
     if (wanted[BENCH_TOLERANCE] && all && status == BTG_OK) status = tolerances(b, s);
     if (wanted[BENCH_PATH] && all && status == BTG_OK) status = bench_measure_path(b, s);
+    if (wanted[BENCH_BACKENDS] && all && status == BTG_OK) status = bench_measure_backends(b, s);
     return status;
 }
 
@@ -85,8 +86,20 @@ static btg_status degrees(bench *b) {
     return BTG_OK;
 }
 
+/* On the surface that the papers' own times are of. */
+static btg_status backends(bench *b) {
+    bench_subject s;
+    btg_status status = bench_subject_paper(&s, 1, &b->message);
+    if (status != BTG_OK) return status;
+    status = bench_subject_feet(&s, &b->options->path, &b->tool, &b->message);
+    if (status == BTG_OK) status = bench_measure_backends(b, &s);
+    bench_subject_free(&s);
+    return status;
+}
+
 static btg_status standard(bench *b) {
     btg_status status = papers(b);
+    if (b->options->measure[BENCH_BACKENDS] && status == BTG_OK) status = backends(b);
     if (b->options->measure[BENCH_TRIANGLES] && status == BTG_OK) status = triangles(b);
     if (b->options->measure[BENCH_DEGREE] && status == BTG_OK) status = degrees(b);
     return status;

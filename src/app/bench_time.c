@@ -7,7 +7,6 @@
 #include <stdlib.h>
 #include <time.h>
 
-#define RUNS_MAX 64
 /* Units in a run that are fewer are not doubled past this. */
 #define COUNT_MAX ((size_t)1 << 40)
 
@@ -37,25 +36,31 @@ static btg_status warm_up(bench_job job, void *user, double slice, size_t *count
     }
 }
 
+bench_rate bench_rate_of(double *seconds, int runs, size_t count) {
+    qsort(seconds, (size_t)runs, sizeof *seconds, ascending);
+    bench_rate r = {.runs = runs, .count = count, .processors = NAN};
+    r.seconds = seconds[runs / 2];
+    r.min = (double)count / seconds[runs - 1];
+    r.median = (double)count / r.seconds;
+    r.max = (double)count / seconds[0];
+    return r;
+}
+
 btg_status bench_time(bench_job job, void *user, double slice, int runs, bench_rate *rate) {
-    double seconds[RUNS_MAX];
-    bench_rate r = {.runs = runs < RUNS_MAX ? runs : RUNS_MAX};
-    btg_status status = warm_up(job, user, slice, &r.count);
+    double seconds[BENCH_RUNS_MAX];
+    size_t units = 0;
+    if (runs > BENCH_RUNS_MAX) runs = BENCH_RUNS_MAX;
+    btg_status status = warm_up(job, user, slice, &units);
     double worked = processor_seconds(), all = 0;
-    for (int i = 0; i < r.runs && status >= 0; i++) {
+    for (int i = 0; i < runs && status >= 0; i++) {
         double begin = app_seconds();
-        status = job(user, r.count);
+        status = job(user, units);
         seconds[i] = app_seconds() - begin;
         all += seconds[i];
     }
     if (status < 0) return status;
-    r.processors = (processor_seconds() - worked) / all;
-    qsort(seconds, (size_t)r.runs, sizeof *seconds, ascending);
-    r.seconds = seconds[r.runs / 2];
-    r.min = (double)r.count / seconds[r.runs - 1];
-    r.median = (double)r.count / r.seconds;
-    r.max = (double)r.count / seconds[0];
-    *rate = r;
+    *rate = bench_rate_of(seconds, runs, units);
+    rate->processors = (processor_seconds() - worked) / all;
     return BTG_OK;
 }
 

@@ -2,6 +2,7 @@
 #include "app/app.h"
 #include "app/bench.h"
 #include "app/number.h"
+#include "io/picture.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -21,6 +22,7 @@ static const char *const borrowed[] = {
 
 static bool set_only(bench_options *o, const char *name, const char *value) {
     memset(o->measure, 0, sizeof o->measure);
+    o->chosen = true;
     for (const char *word = value;; word++) {
         size_t size = strcspn(word, ",");
         int m = 0;
@@ -69,7 +71,27 @@ static bool set_quick(bench_options *o, const char *name, const char *value) {
 }
 
 static bool set_speed(bench_options *o, const char *name, const char *value) {
-    (void)o, (void)name, (void)value;
+    (void)name, (void)value;
+    for (int m = 0; m < BENCH_MEASURES; m++)
+        o->measure[m] = o->measure[m] || m != BENCH_BACKENDS;
+    o->chosen = true;
+    return true;
+}
+
+static bool set_backends(bench_options *o, const char *name, const char *value) {
+    (void)name, (void)value;
+    o->measure[BENCH_BACKENDS] = o->chosen = true;
+    return true;
+}
+
+static bool set_png(bench_options *o, const char *name, const char *value) {
+    size_t size = strlen(value);
+    if (size <= 4 || strcmp(value + size - 4, ".png") != 0)
+        return app_refuse(name, "'%.100s'; a file that ends in .png", value);
+    if (!btg_picture_available())
+        return app_refuse(name, "this build draws no pictures; install libcairo2-dev and build "
+                                "again");
+    o->png = value;
     return true;
 }
 
@@ -86,7 +108,8 @@ static const struct {
     {"--speed", set_speed, true},    {"--quick", set_quick, true},
     {"--only", set_only, false},     {"--seconds", set_seconds, false},
     {"--points", set_points, false}, {"--csv", set_csv, false},
-    {"--commit", set_commit, false}, {"--backends", set_later, true},
+    {"--commit", set_commit, false}, {"--backends", set_backends, true},
+    {"--output", set_png, false},    {"-o", set_png, false},
     {"--papers", set_later, true},
 };
 
@@ -147,6 +170,10 @@ static bool agree(const bench_options *o) {
         others = others || (o->measure[m] && m != BENCH_TRIANGLES && m != BENCH_DEGREE);
     if (o->part_count > 0 && standard_only && !others)
         return app_refuse("--only", "triangles and degree are measured without a part");
+    if (o->png && !o->measure[BENCH_BACKENDS])
+        return app_refuse("--output", "the picture is of the back ends; add --backends");
+    if (o->part_count > 1 && o->png)
+        return app_refuse("--output", "the picture is of one part; give one");
     if (o->part_count == 0 && o->path.points)
         return app_refuse("--points", "the points belong to a part; give one");
     if (o->csv && strcmp(o->csv, "-") == 0 && o->path.json)
@@ -167,6 +194,8 @@ static bool parse(bench_options *o, int count, char **list) {
             return false;
         }
     }
+    for (int m = 0; m < BENCH_BACKENDS && !o->chosen; m++)
+        o->measure[m] = true;
     if (o->seconds == 0) o->seconds = o->quick ? SECONDS_QUICK : SECONDS;
     return o->path.help || agree(o);
 }
@@ -176,22 +205,25 @@ int app_bench(int count, char **list) {
     bench_rows rows = {0};
     options_default(&o.path);
     o.path.solver.tolerance_mm = TOLERANCE_MM;
-    for (int m = 0; m < BENCH_MEASURES; m++)
-        o.measure[m] = true;
     if (!parse(&o, count, list)) return APP_UNUSABLE;
     if (o.path.help) return app_help("bench");
-    btg_output csv = {0};
+    btg_output csv = {0}, png = {0};
     btg_message message;
     /* Opened first: a file that cannot be written shows before the work. */
     if (o.csv && btg_output_open(&csv, o.csv, &message) != BTG_OK)
         return app_complain(APP_FAILED, "%s", message.text);
+    if (o.png && btg_output_open(&png, o.png, &message) != BTG_OK) {
+        btg_output_discard(&csv);
+        return app_complain(APP_FAILED, "%s", message.text);
+    }
     int code = bench_speed(&o, &rows);
     /* Wrong answers are part of the report. */
     if (code != APP_UNUSABLE && rows.count > 0) {
-        int reported = bench_report(&o, &rows, &csv);
+        int reported = bench_report(&o, &rows, &csv, &png);
         if (code == APP_DONE) code = reported;
     }
     btg_output_discard(&csv);
+    btg_output_discard(&png);
     free(rows.list);
     return code;
 }

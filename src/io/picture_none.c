@@ -1,6 +1,7 @@
-/* Stands in for picture.c and map_picture.c in a build without Cairo. */
+/* Stands in for picture.c, picture_backends.c and map_picture.c in a build without Cairo. */
 #include "io/map.h"
 #include "io/picture.h"
+#include "io/picture_backends.h"
 #include "core/part.h"
 
 bool btg_picture_available(void) {
@@ -26,6 +27,14 @@ btg_status btg_map_png(const btg_verify_map *map, const btg_verify_result *resul
                        const btg_map_scale *scale, const char *title, btg_output *output,
                        btg_message *message) {
     (void)map, (void)result, (void)scale, (void)title, (void)output;
+    return btg_fail(message, BTG_ERROR_NOT_BUILT,
+                    "picture: this build draws none; install libcairo2-dev and build again");
+}
+
+btg_status btg_picture_backends(const btg_picture_backend *list, size_t count, const char *title,
+                                const char *const batches[2], btg_output *output,
+                                btg_message *message) {
+    (void)list, (void)count, (void)title, (void)batches, (void)output;
     return btg_fail(message, BTG_ERROR_NOT_BUILT,
                     "picture: this build draws none; install libcairo2-dev and build again");
 }

@@ -168,6 +168,80 @@ class Parts(Case):
                     self.check_row(row)
 
 
+class Backends(Case):
+    def states(self):
+        done = subprocess.run([PROGRAM, "info", "--json"], stdout=subprocess.PIPE, check=True)
+        return {b["name"]: b["state"] for b in json.loads(done.stdout)["backends"]}
+
+    def points(self):
+        name = self.at("points.txt")
+        with open(name, "w", encoding="ascii") as file:
+            file.writelines(f"{4 * i} {150 - 3 * i}\n" for i in range(33))
+        return name
+
+    def test_table(self):
+        """Each back end that is ready has its two rows, the others are named; nothing is wrong."""
+        table, picture = self.at("out.csv"), self.at("out.png")
+        draws = b"draws no pictures" not in self.run_program("-o", picture).stderr
+        more = ["-o", picture] if draws else []
+        out = json.loads(self.good("--quick", "--json", "--backends", "--seconds", "1", SADDLE,
+                                   "--points", self.points(), "--csv", table, *more))
+        states = self.states()
+        ready = [name for name, state in states.items() if state == "ready"]
+        self.assertEqual([(r["backend"], r["operation"]) for r in out["rows"]],
+                         [(name, o) for name in ready for o in ("position", "many")])
+        self.assertEqual([x["backend"] for x in out["left_out"]],
+                         [name for name in states if name not in ready])
+        for x in out["left_out"]:
+            self.assertTrue(x["why"])
+        for row in out["rows"]:
+            self.check_backend(row)
+        with open(table, newline="", encoding="utf-8") as file:
+            self.assertEqual([r["backend"] for r in csv.DictReader(file)],
+                             [r["backend"] for r in out["rows"]])
+        if more:
+            with open(picture, "rb") as file:
+                self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
+
+    def check_backend(self, row):
+        self.assertTrue(row["ok"])
+        self.assertLessEqual(row["max_error_mm"], row["limit_mm"])
+        self.assertGreater(row["positions_per_second"], 0)
+        split = [row[k + "_seconds"] for k in ("upload", "device", "readback", "polish")]
+        device = row["backend"] not in ("cpu", "reference")
+        self.assertEqual([x is not None for x in split], [device] * 4)
+        if row["operation"] == "many":
+            return
+        self.assertEqual(row["positions"], 5)
+        self.assertLess(row["drop_error_mm"], 1e-6)
+        self.assertLess(row["tilt_error_deg"], 1e-4)
+        self.assertGreater(row["host_bytes"], 1000)
+        self.assertEqual(row["device_bytes"] is not None, device)
+        self.assertEqual(row["raw_drop_error_mm"] is not None, device)
+        if device:
+            self.assertGreater(row["raw_drop_error_mm"], row["drop_error_mm"])
+
+    def test_text(self):
+        text = self.good("--quick", "--backends", "--seconds", "0.5", SADDLE, "--points",
+                         self.points())
+        for name, state in self.states().items():
+            self.assertIn(name if state == "ready" else name + " left out", text)
+
+    def test_wrong(self):
+        done = self.run_program("--quick", "--backends", "--seconds", "0.5", SADDLE, "--points",
+                                self.points(), "--node-budget", "3", "--json")
+        self.assertEqual(done.returncode, 1)
+        rows = {row["backend"]: row for row in json.loads(done.stdout)["rows"]}
+        self.assertIs(rows["cpu"]["ok"], False)
+        self.assertIsNone(rows["cpu"]["positions_per_second"])
+        self.assertIn(b"no figure", done.stderr)
+
+    def test_refusals(self):
+        self.bad("-o", self.at("x.png"), say="--backends")
+        self.bad("--backends", "-o", self.at("x.jpg"), say=".png")
+        self.bad("--backends", "-o", self.at("x.png"), SADDLE, SADDLE, say="one part")
+
+
 class Refusals(Case):
     def test_command_line(self):
         self.bad("--fast", say="--fast")
@@ -186,8 +260,7 @@ class Refusals(Case):
         self.bad("--points", "x", say="--points")
         self.bad("--json", "--csv", "-", say="standard output")
         self.bad(*[SADDLE] * 17, say="more than 16")
-        for word in ("--backends", "--papers"):
-            self.bad(word, say="not in this version")
+        self.bad("--papers", say="not in this version")
 
     def test_files(self):
         self.bad(self.at("none.gltf"), say="none.gltf")
