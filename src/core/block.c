@@ -127,6 +127,8 @@ void btg_block_quarter(const btg_part *part, const btg_block *block, int k, btg_
     double v = vec_norm(btg_block_vector(&block->at.sv, k));
     u += 0.5 * vec_norm(btg_block_vector(&block->at.suu, k));
     v += 0.5 * vec_norm(btg_block_vector(&block->at.svv, k));
+    u += (double)piece->third[0] / 6 + 0.5 * (double)piece->third[1];
+    v += (double)piece->third[3] / 6 + 0.5 * (double)piece->third[2];
     piece->cut = cut_of(u, v);
 }
 
@@ -450,6 +452,7 @@ void btg_block_bounds(const btg_block *block, const btg_tool_element *e, const b
     lanes_store(bound->low, ball);
     if (bound->low[0] >= enough && bound->low[1] >= enough && bound->low[2] >= enough &&
         bound->low[3] >= enough) {
+        lanes_store(bound->form, ball);
         lanes_store(bound->least, distance);
         lanes_store(bound->top, lanes_add(p.height, radius));
         lanes_store(bound->s, lanes_all(0));
@@ -464,10 +467,22 @@ void btg_block_bounds(const btg_block *block, const btg_tool_element *e, const b
     quadratic q = lower_form(e, &p, &f, lanes_load(block->error), &nearest, &off);
     minimum least = least_in_square(&q);
     lanes low = lanes_add(distance, lanes_sub(least.value, off));
+    lanes_store(bound->form, low);
     low = lanes_max(low, bound_by_extent(&p, e, radius, f.reach_up));
     lanes_store(bound->low, lanes_max(low, ball));
     lanes_store(bound->top, lanes_add(p.height, lanes_min(radius, f.reach_up)));
     lanes_store(bound->least, lanes_add(distance, nearest.value));
     lanes_store(bound->s, nearest.s);
     lanes_store(bound->t, nearest.t);
+}
+
+btg_vec3 btg_block_normal(const btg_block *block, int k, const btg_tool_element *e,
+                          const btg_placement *at) {
+    btg_vec3 d = vec_sub(btg_block_vector(&block->at.s, k), at->centre);
+    double height = vec_dot(d, at->axis);
+    btg_vec3 radial = vec_mad(d, at->axis, -height);
+    double r = max2(vec_norm(radial), 1e-300), out = r - e->ring_radius_mm;
+    if (!e->hollow) out = max2(out, 0);
+    double down = min2(height, 0), far = max2(norm2(out, down), 1e-300);
+    return vec_mad(vec_scale(radial, out / (far * r)), at->axis, down / far);
 }

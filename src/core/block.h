@@ -30,6 +30,7 @@ typedef struct btg_block_bound {
     double height[4];   /* of the centre above the element's ring, along the axis */
     double top[4];      /* no point of the piece is higher than that */
     double low[4];      /* no point of the piece is nearer than that */
+    double form[4];     /* the same by its quadratic form alone, third-order error and all */
     double least[4];    /* it comes about as near as that, and where: */
     double s[4], t[4];
 } btg_block_bound;
@@ -57,6 +58,10 @@ void btg_block_quarter(const btg_part *part, const btg_block *block, int k, btg_
  * low is the balls' alone and least the centres'. */
 void btg_block_bounds(const btg_block *block, const btg_tool_element *element,
                       const btg_placement *placement, double enough, btg_block_bound *bound);
+
+/* The gradient of those distances at piece k's centre, unit. */
+btg_vec3 btg_block_normal(const btg_block *block, int k, const btg_tool_element *element,
+                          const btg_placement *placement);
 
 static inline btg_vec3 btg_block_vector(const lanes3_memory *a, int k) {
     return vec(a->at[0][k], a->at[1][k], a->at[2][k]);

@@ -256,12 +256,13 @@ static bool clear_of_cutter(btg_search *search, const btg_region *region) {
     return !q->tool->element[0].hollow && clear_by_turn(search, region, 0);
 }
 
-/* DROP before anything was found: can any element's shadow reach the region? */
-static bool outside_shadow(const btg_search *search, const btg_region *region) {
+/* DROP before anything was found: no element's shadow, from number `first` on, reaches the ball
+ * about the region. */
+static bool outside_shadow(const btg_search *search, const btg_region *region, uint32_t first) {
     btg_vec3 d = vec_sub(region->cell.centre, search->query.o), w = search->query.w;
     double r = vec_norm(vec_mad(d, w, -vec_dot(d, w)));
     const btg_tool *tool = search->query.tool;
-    for (uint32_t i = 0; i < tool->element_count; i++) {
+    for (uint32_t i = first; i < tool->element_count; i++) {
         const btg_tool_element *e = &tool->element[i];
         double x = r - e->ring_radius_mm;
         if (x < 0) x = e->hollow ? -x : 0;
@@ -306,7 +307,9 @@ static bool within_p(btg_search *search, const btg_region *region) {
 bool btg_search_clear(btg_search *search, const btg_region *region) {
     const btg_ray_query *q = &search->query;
     if (q->op == BTG_OP_DROP) {
-        if (!search->found) return outside_shadow(search, region);
+        if (!search->found)
+            return outside_shadow(search, region, 1) &&
+                   (outside_shadow(search, region, 0) || clear_as_placed(search, region, 0));
         for (uint32_t i = 0; i < q->tool->element_count; i++)
             if (!clear_as_placed(search, region, i)) return false;
         return true;
@@ -315,12 +318,36 @@ bool btg_search_clear(btg_search *search, const btg_region *region) {
     return clear_of_cutter(search, region) && clear_of_the_rest(search, region);
 }
 
+/* Clear but for its third-order error, and that is less along the one direction that counts. */
+static BTG_APART bool clear_by_tail(btg_search *search, uint32_t item, const btg_block_bound *bound,
+                                    int k) {
+    const btg_block *block = &search->block;
+    const btg_part *part = search->part;
+    double without = bound->form[k] + block->error[k];
+    if (item >= part->patch_count || without < -search->tolerance) return false;
+    btg_vec3 n = btg_block_normal(block, k, &search->query.tool->element[0], &search->at);
+    btg_taylor taylor = {vec_dot(n, btg_block_vector(&block->at.su, k)),
+                         vec_dot(n, btg_block_vector(&block->at.sv, k)),
+                         vec_dot(n, btg_block_vector(&block->at.suu, k)),
+                         vec_dot(n, btg_block_vector(&block->at.suv, k)),
+                         vec_dot(n, btg_block_vector(&block->at.svv, k))};
+    double tail = btg_patch_tail(&part->patches[item], n, block->u[k], block->v[k], block->hu,
+                                 block->hv, &taylor, &search->tail_room);
+    return without - tail >= -search->tolerance;
+}
+
+/* No point of piece k is deeper in the cutter as placed than the clearance. */
+static bool piece_clear_as_placed(btg_search *search, const btg_region *region,
+                                  const btg_block_bound *bound, int k) {
+    return bound->low[k] >= -search->tolerance || btg_basins_cover(search, region, 0) ||
+           clear_by_tail(search, region->cell.item, bound, k);
+}
+
 /* TILT, the cutter, one piece of a block: as clear_of_cutter. */
 static bool piece_clear_of_cutter(btg_search *search, const btg_region *region,
                                   const btg_block_bound *bound, int k) {
     const btg_ray_query *q = &search->query;
-    if (bound->top[k] <= 0)
-        return bound->low[k] >= -search->tolerance || btg_basins_cover(search, region, 0);
+    if (bound->top[k] <= 0) return piece_clear_as_placed(search, region, bound, k);
     double start = vec_dot(vec_sub(region->cell.centre, q->o), q->w);
     if (bound->height[k] > region->radius && start > region->radius) return true;
     if (out_of_reach(q, region, 0) || clear_by_ball(search, region, 0)) return true;
@@ -332,8 +359,8 @@ bool btg_search_clear_piece(btg_search *search, const btg_region *region,
     const btg_ray_query *q = &search->query;
     if (!bound) return btg_search_clear(search, region);
     if (q->op == BTG_OP_DROP) {
-        if (bound->low[k] < -search->tolerance && !btg_basins_cover(search, region, 0))
-            return false;
+        if (!piece_clear_as_placed(search, region, bound, k)) return false;
+        if (!search->found) return outside_shadow(search, region, 1);
         for (uint32_t i = 1; i < q->tool->element_count; i++)
             if (!clear_as_placed(search, region, i)) return false;
         return true;

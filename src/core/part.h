@@ -5,6 +5,8 @@
 #include "core/lanes.h"
 #include "core/vec.h"
 
+#define BTG_ORDER_MAX (BTG_DEGREE_MAX + 1)
+
 /* A Bezier patch, one piece of a given surface. Points are (w x, w y, w z, w), v fastest; w is 1
  * unless rational. */
 typedef struct btg_patch {

@@ -145,12 +145,17 @@ static BTG_APART bool first_contact(btg_search *search, const btg_block *block) 
     return search->found;
 }
 
+/* Cuts deeper than this part of the clearance are followed. What is shallower has the rest of the
+ * clearance as a margin for its bounds: at all of it pieces along the line where the tool is just
+ * that deep would be cut without end. */
+#define CUT_SHARE 0.5
+
 /* A place where the placed tool cuts into the block, sought where it does so deepest by the bounds;
  * false: none there. */
 static BTG_APART bool find_cut(const btg_search *search, const btg_block *block,
                                const btg_block_bound *bound, btg_place *at) {
     int best = -1;
-    double depth = -search->tolerance;
+    double enough = CUT_SHARE * search->tolerance, depth = -enough;
     for (int k = 0; k < 4; k++) {
         double least = min2(bound->least[k], bound->distance[k]);
         if (!(least < depth) || bound->low[k] >= -search->tolerance) continue;
@@ -159,12 +164,12 @@ static BTG_APART bool find_cut(const btg_search *search, const btg_block *block,
     }
     if (best < 0) return false;
     *at = place_in(block, best, 0, 0);
-    if (bound->distance[best] < -search->tolerance) return true;
+    if (bound->distance[best] < -enough) return true;
     *at = place_in(block, best, bound->s[best], bound->t[best]);
     btg_surface_point s;
     btg_part_point(search->part, *at, &s);
     const btg_tool_element *e = &search->query.tool->element[0];
-    return btg_ray_tool_distance(e, search->at, s.s).distance < -search->tolerance;
+    return btg_ray_tool_distance(e, search->at, s.s).distance < -enough;
 }
 
 /* Bounds of the block's pieces for the tool as placed; where one is cut into, the place is followed
@@ -179,6 +184,19 @@ static void bound_block(btg_search *search, const btg_block *block, btg_block_bo
         btg_search_polish(search, at);
         if (search->value == before) return;
     }
+}
+
+/* DROP, nothing met so far, the tool below all of the part: the block's part in its shadow. Where
+ * that is a sliver at the shadow's side no centre stands in it. */
+static BTG_APART bool first_graze(btg_search *search, const btg_block *block,
+                                  btg_block_bound *bound) {
+    const btg_tool_element *e = &search->query.tool->element[0];
+    btg_place at;
+    btg_block_bounds(block, e, &search->at, -search->tolerance, bound);
+    if (block->radius[0] > FIRST_POLISH * (e->ring_radius_mm + e->corner_radius_mm)) return false;
+    if (!find_cut(search, block, bound, &at)) return false;
+    btg_search_polish(search, at);
+    return search->found;
 }
 
 /* Quarters that are not clear, the farthest first. */
@@ -207,15 +225,16 @@ static BTG_APART int quarters_left(btg_search *search, const btg_block *block,
 static void push_quarters(btg_search *search, const btg_block *block,
                           const btg_block_bound *bound) {
     int left[4], count = quarters_left(search, block, bound, left);
+    bool placed = search->found || search->query.op == BTG_OP_TILT;
     size_t from = search->top;
     for (int i = 0; i < count; i++) {
         int k = left[i];
         btg_entry *e = push(search, btg_block_vector(&block->at.s, k), block->radius[k]);
         e->node = BTG_NODE_NONE;
         btg_block_quarter(search->part, block, k, &e->piece);
-        e->key = bound ? bound->low[k] : rank(search, e->centre, e->radius);
+        e->key = placed && bound ? bound->low[k] : rank(search, e->centre, e->radius);
     }
-    if (!bound) order(search, from);
+    if (!placed || !bound) order(search, from);
 }
 
 static BTG_APART void open_piece(btg_search *search, const btg_piece *piece) {
@@ -224,10 +243,11 @@ static BTG_APART void open_piece(btg_search *search, const btg_piece *piece) {
     search->nodes += 3;
     bool round = search->query.tool->element[0].corner_radius_mm > 0;
     if (search->query.op == BTG_OP_DROP && !search->found) {
-        if (first_contact(search, block))
+        btg_block_bound *bound = round ? &search->bounds : NULL;
+        if (first_contact(search, block) || (round && first_graze(search, block, bound)))
             start(search); /* anew, with the tool placed */
         else
-            push_quarters(search, block, NULL);
+            push_quarters(search, block, bound);
         return;
     }
     if (round) bound_block(search, block, &search->bounds);
@@ -331,9 +351,16 @@ static void look_at(btg_search *search, const btg_entry *entry) {
     }
 }
 
+/* DROP: a value that places the tool below all of the part. */
+static double below_all(const btg_search *search) {
+    const btg_tool_element *e = &search->query.tool->element[0];
+    double reach = 2 * search->part->scale + e->ring_radius_mm + e->corner_radius_mm;
+    return -(reach + e->from_mm + vec_norm(search->query.o));
+}
+
 void btg_search_run(btg_search *search) {
     bool tilt = search->query.op == BTG_OP_TILT;
-    search->at = btg_ray_place(&search->query, tilt ? search->value : 0);
+    search->at = btg_ray_place(&search->query, tilt ? search->value : below_all(search));
     search->basin_stale = true;
     search->deepest = search->tolerance;
     if (tilt) btg_search_near_p(search);

@@ -9,6 +9,7 @@
 
 #include "core/cell.h"
 #include "core/ray.h"
+#include "core/tail.h"
 
 /* Sheets that meet P and whose limit there has been taken. */
 #define BTG_SHEETS_MAX 32
@@ -70,6 +71,7 @@ typedef struct btg_search {
     uint32_t sheet_count;
     bool stranger_at_p; /* an item that is none of these comes within the clearance about P */
 
+    btg_tail_room tail_room;
     btg_block block; /* that is being looked at */
     btg_block_bound bounds;
     btg_surface_point here, there; /* that are being looked at: off the stack */

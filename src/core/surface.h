@@ -5,7 +5,6 @@
 
 #include "core/part.h"
 
-#define BTG_ORDER_MAX (BTG_DEGREE_MAX + 1)
 /* Doubles of the largest patch: coefficients are kept homogeneous while cutting. */
 #define BTG_NET_MAX (BTG_ORDER_MAX * BTG_ORDER_MAX * 4)
 
