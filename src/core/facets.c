@@ -4,8 +4,8 @@
 #define PROBES 9
 /* A curved patch's normals are to look smooth whatever the chord. */
 #define SIDE_MIN 4
-/* A second derivative of less than this share of the part's size is none: the patch is plane. */
-#define FLAT 1e-9
+/* A derivative of less than this share of the part's size is rounding. */
+#define NOTHING 1e-9
 
 static double probe(int i) {
     return i / (PROBES - 1.0);
@@ -24,7 +24,7 @@ static void cells_of(const btg_part *part, uint32_t item, double chord, uint32_t
             vv = max2(vv, vec_norm(s.svv));
         }
     double second[2] = {uu, vv};
-    double plane = FLAT * part->scale;
+    double plane = NOTHING * part->scale;
     bool flat = uu <= plane && uv <= plane && vv <= plane;
     for (int d = 0; d < 2; d++) {
         double n = ceil(sqrt(max2(second[d], uv) * 4 / (8 * chord)));
@@ -35,10 +35,11 @@ static void cells_of(const btg_part *part, uint32_t item, double chord, uint32_t
 }
 
 /* The surface's normal; zero where its derivatives give none. */
-static btg_vec3 normal_of(const btg_surface_point *s) {
+static btg_vec3 normal_of(const btg_part *part, const btg_surface_point *s) {
     btg_vec3 n = vec_cross(s->su, s->sv);
-    double sine = vec_norm(n), sides = vec_norm(s->su) * vec_norm(s->sv);
-    return sine > 1e-12 * sides ? vec_scale(n, 1 / sine) : vec(0, 0, 0);
+    double sine = vec_norm(n), u = vec_norm(s->su), v = vec_norm(s->sv);
+    bool side = min2(u, v) > NOTHING * part->scale;
+    return side && sine > NOTHING * u * v ? vec_scale(n, 1 / sine) : vec(0, 0, 0);
 }
 
 static void add_triangle(btg_facets *f, size_t a, size_t b, size_t c) {
@@ -75,7 +76,7 @@ static void add_patch(btg_facets *f, const btg_part *part, uint32_t item, const 
             btg_part_point(part, place, &s);
             size_t at = f->vertex_count++;
             f->points[at] = s.s;
-            f->normals[at] = normal_of(&s);
+            f->normals[at] = normal_of(part, &s);
             mend = mend || !(vec_norm2(f->normals[at]) > 0);
             if (i == 0 || k == 0) continue;
             add_triangle(f, at - row - 1, at - 1, at);

@@ -1,4 +1,4 @@
-/* Facets against a paraboloid whose heights, slopes and area are closed form, and what holds of
+/* Facets against paraboloids whose heights, slopes and area are closed form, and what holds of
  * them on any part. */
 #include "check.h"
 #include "core/facets.h"
@@ -10,21 +10,21 @@
 #define SIDE   60.0
 #define RADIUS 80.0
 
-/* z = (x^2 - y^2) / (2 RADIUS) over 0 .. SIDE in both, as a biquadratic patch. */
-static void saddle(double points[27]) {
+/* z = (x^2 + sign y^2) / (2 RADIUS) over 0 .. SIDE in both, as a biquadratic patch. */
+static void paraboloid(double sign, double points[27]) {
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < 3; k++) {
             double *p = points + 3 * (3 * i + k);
             double xx = i < 2 ? 0 : SIDE * SIDE, yy = k < 2 ? 0 : SIDE * SIDE;
             p[0] = SIDE * i / 2;
             p[1] = SIDE * k / 2;
-            p[2] = (xx - yy) / (2 * RADIUS);
+            p[2] = (xx + sign * yy) / (2 * RADIUS);
         }
 }
 
-static btg_part *saddle_part(void) {
+static btg_part *paraboloid_part(double sign) {
     double points[27];
-    saddle(points);
+    paraboloid(sign, points);
     btg_surface_def surface = {2, 2, 3, 3, points, NULL, NULL, NULL};
     btg_part_def def = btg_part_def_default();
     def.surfaces = &surface;
@@ -34,20 +34,21 @@ static btg_part *saddle_part(void) {
     return part;
 }
 
-static double height(btg_vec3 p) {
-    return (p.x * p.x - p.y * p.y) / (2 * RADIUS);
+static double height(btg_vec3 p, double sign) {
+    return (p.x * p.x + sign * p.y * p.y) / (2 * RADIUS);
 }
 
-/* Least and greatest distance along z, greatest error of a normal, area seen from above. */
-static void check_saddle(const btg_part *part, double chord) {
+/* Heights, normals, and the area seen from above. */
+static void check_paraboloid(double sign, double chord) {
+    btg_part *part = paraboloid_part(sign);
     btg_facets f;
     btg_facets_def def = {.chord_mm = chord};
     CHECK(btg_facets_make(part, &def, &f, NULL) == BTG_OK);
     double farthest = 0, area = 0;
     for (size_t i = 0; i < f.vertex_count; i++) {
         btg_vec3 p = f.points[i], n = f.normals[i];
-        btg_vec3 want = vec_unit(vec(-p.x / RADIUS, p.y / RADIUS, 1));
-        CHECK_NEAR(p.z, height(p), 1e-11);
+        btg_vec3 want = vec_unit(vec(-p.x / RADIUS, -sign * p.y / RADIUS, 1));
+        CHECK_NEAR(p.z, height(p, sign), 1e-11);
         CHECK_NEAR(fabs(vec_dot(n, want)), 1, 1e-12);
     }
     for (size_t t = 0; t < f.triangle_count; t++) {
@@ -55,18 +56,19 @@ static void check_saddle(const btg_part *part, double chord) {
         btg_vec3 c = f.points[f.triangles[t][2]], n = vec_cross(vec_sub(b, a), vec_sub(c, a));
         const double weight[4][3] = {
             {1.0 / 3, 1.0 / 3, 1.0 / 3}, {0.5, 0.5, 0}, {0, 0.5, 0.5}, {0.5, 0, 0.5}};
-        area += 0.5 * fabs(n.z);
+        area += 0.5 * n.z;
         for (int k = 0; k < 4; k++) {
             btg_vec3 p = vec_scale(a, weight[k][0]);
             p = vec_mad(vec_mad(p, b, weight[k][1]), c, weight[k][2]);
-            farthest = fmax(farthest, fabs(p.z - height(p)));
+            farthest = fmax(farthest, fabs(p.z - height(p, sign)));
         }
     }
-    CHECK_NEAR(area, SIDE * SIDE, 1e-8);
+    CHECK_NEAR(fabs(area), SIDE * SIDE, 1e-8);
     CHECK(farthest <= chord);
     /* Not finer than the chord asks for by more than its shares: a half in each direction. */
     if (f.triangle_count > 2 * 4 * 4) CHECK(farthest >= 0.1 * chord);
     btg_facets_free(&f);
+    btg_part_destroy(part);
 }
 
 /* Normals are unit and vertices exist, whatever the part. */
@@ -126,11 +128,13 @@ static void test_refusals(const btg_part *part) {
 }
 
 int main(void) {
-    btg_part *part = saddle_part();
-    check_saddle(part, 0.5);
-    check_saddle(part, 0.02);
-    check_saddle(part, 0.003);
+    for (int sign = -1; sign <= 1; sign += 2) {
+        check_paraboloid(sign, 0.5);
+        check_paraboloid(sign, 0.02);
+        check_paraboloid(sign, 0.003);
+    }
     test_any_part();
+    btg_part *part = paraboloid_part(1);
     test_refusals(part);
     btg_part_destroy(part);
     return check_result();
