@@ -2,8 +2,8 @@
 #include "app/feet.h"
 #include "app/progress.h"
 #include "app/sink.h"
+#include "app/solve.h"
 #include "core/vec.h"
-#include "methods/method.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -64,17 +64,7 @@ static int set_up(run *r) {
     r->clear_z_mm = r->summary.part.box_max.z + o->lift_mm;
     status = feet_open(&r->feet, o, &r->summary.part, &r->message);
     if (status != BTG_OK) return app_complain(app_code(status), "%s", r->message.text);
-    btg_method_def def = btg_method_def_default();
-    def.name = o->method;
-    def.ray_spacing_mm = o->ray_spacing_mm;
-    def.levels = o->levels;
-    def.backend.name = o->backend;
-    def.backend.threads = o->threads;
-    def.backend.raw = o->raw;
-    btg_solver_def solver = o->solver;
-    solver.feed_x = cos(o->feed_deg * (BTG_PI / 180));
-    solver.feed_y = sin(o->feed_deg * (BTG_PI / 180));
-    status = btg_method_open(&def, r->part, &r->tool, &solver, &r->method, &r->message);
+    status = solve_open(o, r->part, &r->tool, &r->method, &r->message);
     if (status != BTG_OK) return app_complain(app_code(status), "%s", r->message.text);
     r->front = btg_method_front(r->method);
     status = sinks_open(&r->sinks, o, r->part, &r->tool, r->clear_z_mm, &r->message);
