@@ -8,6 +8,7 @@ static const char general[] =
     "\n"
     "  bitangent path PART [-o FILE]...   tool path over PART\n"
     "  bitangent verify PART PATH         what PATH leaves of a stock, against PART\n"
+    "  bitangent view PART [PATH]         looks at them: a window, or one picture\n"
     "  bitangent bench [PART]...          how fast it is, on this machine\n"
     "  bitangent info [--json]            version and back ends\n"
     "  bitangent help [COMMAND]           this text, or that of a command\n"
@@ -96,6 +97,29 @@ static const char verify[] =
     "  --threads N, --gltf-unit m|mm, --up y|z, --use-mesh, --json, --quiet\n"
     "                          as in 'bitangent help path'\n";
 
+static const char view[] =
+    "bitangent view PART [PATH]\n"
+    "\n"
+    "Shows PART, a glTF file, and the tool on its way along PATH (.csv, .cl, or .ngc with --machine),\n"
+    "or along the path that 'bitangent path' would make: contacts P and Q, the tilt, and what\n"
+    "gouges or is left.\n"
+    "\n"
+    "  --screenshot FILE.png   one picture, without a window or a display\n"
+    "  --size WIDTHxHEIGHT     pixels, default 1280x800\n"
+    "  --position N            from 1; default: one with much tilt and contacts apart\n"
+    "  --view-from SIDE        tilt (default: along the axis about which the tool tilted), iso,\n"
+    "                          top, front, back, left, right, or AZIMUTH,ELEVATION in degrees\n"
+    "  --look-at tool|part     the tool's surroundings (default), or all of the part\n"
+    "  --keys KEY,...          pressed one after another before the picture, or one a frame in "
+    "the\n"
+    "                          window: space, left, right, shift+left, shift+right, up, down,\n"
+    "                          home, end, plus, minus, tab, escape, letters and figures as the\n"
+    "                          window's help names them\n"
+    "  --json                  at the end, one JSON object: position, frames, pixels of P and Q\n"
+    "  --tool, --shank, --holder, --footprint, --side-step, --forward-step, --method, --backend,\n"
+    "  --spin, --scallop, --max-tilt, --tolerance, --threads, --gltf-unit, --up, --use-mesh, ...\n"
+    "                          as in 'bitangent help path'\n";
+
 static const char bench[] =
     "bitangent bench [PART]...\n"
     "\n"
@@ -136,13 +160,16 @@ int app_help(const char *topic) {
         text = path;
     } else if (topic && strcmp(topic, "verify") == 0) {
         text = verify;
+    } else if (topic && strcmp(topic, "view") == 0) {
+        text = view;
     } else if (topic && strcmp(topic, "bench") == 0) {
         text = bench;
     } else if (topic && strcmp(topic, "info") == 0) {
         text = info;
     } else if (topic && strcmp(topic, "help") != 0) {
         return app_complain(APP_UNUSABLE,
-                            "no help on '%.200s'; there is path, verify, bench and info", topic);
+                            "no help on '%.200s'; there is path, verify, view, bench and info",
+                            topic);
     }
     btg_output out = btg_output_borrow(stdout);
     btg_output_text(&out, text);

@@ -16,19 +16,21 @@ static int version(void) {
 }
 
 static bool is_later_command(const char *word) {
-    return is(word, "plan") || is(word, "view");
+    return is(word, "plan");
 }
 
 int main(int count, char **words) {
     btg_output_guard();
     if (count < 2) {
-        return app_complain(APP_UNUSABLE,
-                            "no command; give path, verify, bench or info, see 'bitangent help'");
+        return app_complain(
+            APP_UNUSABLE,
+            "no command; give path, verify, view, bench or info, see 'bitangent help'");
     }
     const char *command = words[1];
     if (is(command, "path")) return app_path(count - 2, words + 2);
     if (is(command, "verify")) return app_verify(count - 2, words + 2);
     if (is(command, "bench")) return app_bench(count - 2, words + 2);
+    if (is(command, "view")) return app_view(count - 2, words + 2);
     if (is(command, "info")) return app_info(count - 2, words + 2);
     if (is(command, "help") || is(command, "--help") || is(command, "-h")) {
         return app_help(count > 2 ? words[2] : NULL);

@@ -107,11 +107,25 @@
     X(DrawElementsInstanced, DRAWELEMENTSINSTANCED)                                                \
     X(MultiDrawArraysIndirect, MULTIDRAWARRAYSINDIRECT)                                            \
     X(MultiDrawElementsIndirect, MULTIDRAWELEMENTSINDIRECT)
+/* What the viewer calls besides. */
+#define BTG_GL_SCREEN(X)                                                                           \
+    X(BindAttribLocation, BINDATTRIBLOCATION)                                                      \
+    X(Uniform2i, UNIFORM2I)                                                                        \
+    X(Uniform3f, UNIFORM3F)                                                                        \
+    X(TexImage2D, TEXIMAGE2D)                                                                      \
+    X(PolygonOffset, POLYGONOFFSET)                                                                \
+    X(GenRenderbuffers, GENRENDERBUFFERS)                                                          \
+    X(DeleteRenderbuffers, DELETERENDERBUFFERS)                                                    \
+    X(BindRenderbuffer, BINDRENDERBUFFER)                                                          \
+    X(RenderbufferStorageMultisample, RENDERBUFFERSTORAGEMULTISAMPLE)                              \
+    X(FramebufferRenderbuffer, FRAMEBUFFERRENDERBUFFER)                                            \
+    X(BlitFramebuffer, BLITFRAMEBUFFER)
 #define BTG_GL(X)                                                                                  \
     BTG_GL_STATE(X)                                                                                \
     BTG_GL_BUFFERS(X)                                                                              \
     BTG_GL_PROGRAMS(X)                                                                             \
-    BTG_GL_RASTER(X)
+    BTG_GL_RASTER(X)                                                                               \
+    BTG_GL_SCREEN(X)
 
 typedef struct btg_gl {
 #define BTG_GL_MEMBER(name, NAME) PFNGL##NAME##PROC name;

@@ -1,0 +1,137 @@
+/* `bitangent view`: a window on a part and a path over it, or one picture of them. */
+#include "view/frame.h"
+#include "view/pose.h"
+
+extern "C" {
+#include "app/app.h"
+#include "app/view_options.h"
+#include "io/json.h"
+}
+
+#include <memory>
+
+namespace {
+
+/* Where there is something to see: a tilt, and contacts that are apart. */
+std::size_t best_row(const view::subject &part, const view::tour &t) {
+    std::size_t best = 0;
+    double most = -1;
+    for (std::size_t i = 0; i < t.rows.size(); i++) {
+        view::pose at = view::pose_of(part.tool, t.rows[i].position);
+        double worth = at.has_q ? (0.01 + at.tilt_rad) * glm::distance(at.p, at.q) : 0;
+        if (!at.placed || !(worth > most)) continue;
+        most = worth, best = i;
+    }
+    return best;
+}
+
+int load(const view_options &o, view::state *s) {
+    btg_status status = BTG_OK;
+    btg_message message = {};
+    view::work work;
+    path_options path = o.path;
+    if (o.track && !o.tool_given) status = view::take_cutter(&path, o.track, &message);
+    if (status == BTG_OK) s->part = view::load_subject(path, path.part, &status, &message);
+    if (s->part)
+        set_path(s, o.track ? view::load_tour(*s->part, path, o.track, &work, &status, &message)
+                            : view::solve_tour(*s->part, path, &work, &status, &message));
+    if (!s->path) return app_complain(app_code(status), "%s", message.text);
+    if (s->path->rows.empty())
+        return app_complain(APP_FAILED, "%.256s: the path has no position", o.path.part);
+    if (o.position > s->path->rows.size())
+        return app_complain(APP_UNUSABLE, "--position: the path has %zu positions, no %lu",
+                            s->path->rows.size(), static_cast<unsigned long>(o.position));
+    s->at = o.position > 0 ? o.position - 1 : best_row(*s->part, *s->path);
+    s->backend = s->path->backend;
+    return APP_DONE;
+}
+
+int check_words(const view_options &o) {
+    view::state nowhere;
+    if (o.view_from && !view::view_name_known(o.view_from))
+        return app_complain(
+            APP_UNUSABLE,
+            "--view-from: unknown '%.100s'; give tilt, iso, top, front, back, left, "
+            "right, or AZIMUTH,ELEVATION in degrees",
+            o.view_from);
+    for (int i = 0; i < o.key_count; i++)
+        if (!view::key_known(o.keys[i]))
+            return app_complain(APP_UNUSABLE, "--keys: unknown key '%s'; see 'bitangent help view'",
+                                o.keys[i]);
+    return APP_DONE;
+}
+
+void numbers(btg_json *json, const char *name, glm::dvec3 value, int count) {
+    btg_json_open(json, name, '[');
+    for (int i = 0; i < count; i++)
+        btg_json_number(json, nullptr, value[i]);
+    btg_json_close(json, ']');
+}
+
+/* [] when it is not in the picture. */
+void pixel(btg_json *json, const char *name, glm::dvec3 at) {
+    numbers(json, name, at, at.z >= 0 && at.z <= 1 ? 2 : 0);
+}
+
+int report(const view_options &o, const view::state &s, const view::frame_facts &facts) {
+    if (!o.path.json) return APP_DONE;
+    btg_message message;
+    btg_output out = btg_output_borrow(stdout);
+    btg_json json = btg_json_to(&out);
+    btg_json_open(&json, nullptr, '{');
+    btg_json_count(&json, "positions", s.path->rows.size());
+    btg_json_count(&json, "position", s.at + 1);
+    btg_json_count(&json, "frames", facts.frames);
+    btg_json_string(&json, "backend", s.path->backend.c_str());
+    pixel(&json, "p_pixel", facts.p_pixel);
+    pixel(&json, "q_pixel", facts.q_pixel);
+    btg_json_open(&json, "camera", '{');
+    numbers(&json, "eye_mm", camera_eye(s.eye), 3);
+    numbers(&json, "target_mm", s.eye.target, 3);
+    btg_json_number(&json, "height_deg", view::camera_fov_deg);
+    btg_json_close(&json, '}');
+    btg_json_close(&json, '}');
+    btg_output_text(&out, "\n");
+    if (btg_output_finish(&out, &message) == BTG_OK) return APP_DONE;
+    return app_complain(APP_FAILED, "%s", message.text);
+}
+
+int screenshot(const view_options &o, view::state *s) {
+    view::picture picture;
+    view::frame_facts facts;
+    btg_message message;
+    for (int i = 0; i < o.key_count; i++)
+        press(s, o.keys[i]);
+    btg_status status = render_picture(s, o.width, o.height, &picture, &facts, &message);
+    if (status == BTG_OK) status = save_picture(picture, o.screenshot, &message);
+    if (status != BTG_OK) return app_complain(APP_FAILED, "%s", message.text);
+    return report(o, *s, facts);
+}
+
+int run(const view_options &o) {
+    view::state s;
+    int code = check_words(o);
+    if (code == APP_DONE) code = load(o, &s);
+    if (code != APP_DONE) return code;
+    s.aspect = double(o.width) / o.height;
+    look_from(&s, o.view_from ? o.view_from : "tilt");
+    if (o.look_at_part)
+        look_at_part(&s);
+    else
+        look_at_tool(&s);
+    if (o.screenshot) return screenshot(o, &s);
+    return app_complain(APP_UNUSABLE, "view: this version has no window; give --screenshot FILE");
+}
+
+} // namespace
+
+int app_view(int count, char **words) {
+    auto options = std::make_unique<view_options>();
+    if (!view_options_parse(count, words, options.get())) return APP_UNUSABLE;
+    if (options->path.help) return app_help("view");
+    try {
+        return run(*options);
+    } catch (const std::bad_alloc &) {
+        return app_complain(APP_FAILED, "view: out of memory");
+    }
+}

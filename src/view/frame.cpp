@@ -1,0 +1,67 @@
+#include "view/frame.h"
+#include "view/pose.h"
+
+extern "C" {
+#include "backend/context/context.h"
+#include "io/image.h"
+}
+
+namespace view {
+
+bool draw_frame(scene *s, state *st, int width, int height, frame_facts *facts, std::string *why) {
+    st->aspect = double(width) / height;
+    if (!canvas_begin(s->on, width, height, why) || !scene_update(s, *st, why)) return false;
+    scene_draw(s, *st);
+    canvas_flatten(s->on);
+    const btg_row *row = current(*st);
+    pose at = row ? pose_of(st->part->tool, row->position) : pose();
+    glm::dvec2 size(width, height);
+    facts->p_pixel = at.has_p ? scene_project(*s, size, at.p) : glm::dvec3(0, 0, -1);
+    facts->q_pixel = at.has_q ? scene_project(*s, size, at.q) : glm::dvec3(0, 0, -1);
+    facts->frames++;
+    return true;
+}
+
+static btg_status render(const btg_gl *gl, state *st, int width, int height, picture *out,
+                         frame_facts *facts, btg_message *message) {
+    canvas c;
+    scene s;
+    std::string why;
+    s.on = &c;
+    bool drawn = canvas_open(&c, gl, &why) && draw_frame(&s, st, width, height, facts, &why);
+    if (drawn) *out = canvas_read(&c);
+    scene_free(&s);
+    canvas_close(&c);
+    if (drawn) return BTG_OK;
+    return say(message, BTG_ERROR_DEVICE, "view: " + why);
+}
+
+btg_status render_picture(state *st, int width, int height, picture *out, frame_facts *facts,
+                          btg_message *message) {
+    btg_allocator allocator = {};
+    btg_context *context = nullptr;
+    btg_status status = btg_context_open(nullptr, &allocator, &context, message);
+    if (status != BTG_OK) return status;
+    status = btg_context_enter(context);
+    if (status == BTG_OK) {
+        status = render(btg_context_gl(context), st, width, height, out, facts, message);
+        btg_context_leave(context);
+    } else {
+        say(message, status, "view: the OpenGL context refuses to start");
+    }
+    btg_context_close(context);
+    return status;
+}
+
+btg_status save_picture(const picture &p, const char *file, btg_message *message) {
+    btg_output output;
+    btg_status status = btg_output_open(&output, file, message);
+    if (status != BTG_OK) return status;
+    status = btg_image_write(p.rgb.data(), p.width, p.height, &output, message);
+    if (status == BTG_OK) status = btg_output_finish(&output, message);
+    if (status == BTG_OK) status = btg_output_commit(&output, message);
+    btg_output_discard(&output);
+    return status;
+}
+
+} // namespace view

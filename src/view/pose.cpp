@@ -1,0 +1,104 @@
+#include "view/pose.h"
+
+#include <cmath>
+
+namespace view {
+
+static bool finite(glm::dvec3 p) {
+    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
+
+glm::dvec3 turned(glm::dvec3 d, glm::dvec3 axis, double angle) {
+    double c = std::cos(angle), s = std::sin(angle);
+    return d * c + glm::cross(axis, d) * s + axis * (glm::dot(axis, d) * (1 - c));
+}
+
+glm::dvec3 turned(glm::dvec3 point, glm::dvec3 origin, glm::dvec3 axis, double angle) {
+    return origin + turned(point - origin, axis, angle);
+}
+
+glm::dvec3 perpendicular(glm::dvec3 axis) {
+    glm::dvec3 e = std::fabs(axis.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+    return glm::normalize(glm::cross(axis, e));
+}
+
+/* v points from o1 to the tool axis; where P is on the axis there is no such direction. */
+static void frame(pose *s, const btg_tool &tool) {
+    s->o1 = s->p + tool.def.minor_radius_mm * s->np;
+    glm::dvec3 out = s->centre - s->o1;
+    out -= s->axis * glm::dot(out, s->axis);
+    double length = glm::length(out);
+    if (!(length > 1e-9 * (1 + tool.def.major_radius_mm))) return;
+    s->v = out / length;
+    s->u = glm::cross(s->v, s->axis);
+    s->framed = true;
+    s->dropped_axis = turned(s->axis, s->u, s->tilt_rad);
+    s->dropped_centre = turned(s->centre, s->o1, s->u, s->tilt_rad);
+}
+
+pose pose_of(const btg_tool &tool, const btg_position &at) {
+    pose s = {};
+    s.tip = to_glm(at.tip);
+    s.axis = to_glm(at.axis);
+    s.placed = at.status >= 0 && at.status != BTG_NO_CONTACT && finite(s.tip) && finite(s.axis);
+    if (!s.placed) return s;
+    s.centre = s.tip + tool.def.minor_radius_mm * s.axis;
+    s.p = to_glm(at.p.point), s.np = to_glm(at.p.normal);
+    s.q = to_glm(at.q.point), s.nq = to_glm(at.q.normal);
+    s.has_p = finite(s.p) && finite(s.np) && glm::length(s.np) > 0.5;
+    s.has_q = s.has_p && finite(s.q) && finite(s.nq) && glm::length(s.nq) > 0.5;
+    s.tilt_rad = std::isfinite(at.tilt_rad) ? at.tilt_rad : 0;
+    if (s.has_p) frame(&s, tool);
+    return s;
+}
+
+static btg_contact no_contact() {
+    btg_vec3 none = {NAN, NAN, NAN};
+    return {{0, 0, 0}, none, none};
+}
+
+static void second_contact(const btg_part *part, const btg_tool &tool, const btg_solver_def &solver,
+                           double tolerance_mm, void *workspace, size_t size, btg_position *at) {
+    pose s = pose_of(tool, *at);
+    btg_tilt_query query = {};
+    btg_tilt_result result;
+    if (!s.framed) return;
+    query.u = from_glm(s.u), query.v = from_glm(s.v), query.w = at->axis;
+    query.o1 = from_glm(s.centre - tool.def.major_radius_mm * s.v);
+    query.p = at->p;
+    query.max_tilt_rad = solver.max_tilt_rad;
+    btg_status status = btg_tilt(part, &tool, &solver, &query, workspace, size, &result);
+    double reach = tool.def.major_radius_mm + tool.def.minor_radius_mm;
+    if (status < 0 || (result.status != BTG_OK && result.status != BTG_OSCULATING)) return;
+    if (!(result.tilt_rad * reach <= tolerance_mm)) return;
+    at->status = result.status;
+    at->q = result.contact;
+}
+
+btg_position position_at(const btg_part *part, const btg_tool &tool, const btg_solver_def &solver,
+                         glm::dvec3 tip, glm::dvec3 axis, double tolerance_mm, void *workspace,
+                         size_t workspace_size) {
+    btg_position at = {};
+    glm::dvec3 centre = tip + tool.def.minor_radius_mm * axis;
+    at.status = BTG_SINGLE_CONTACT;
+    at.tip = from_glm(tip), at.axis = from_glm(axis);
+    at.p = at.q = no_contact();
+    at.foot_x_mm = tip.x, at.foot_y_mm = tip.y;
+    at.drop_z_mm = at.tilt_rad = at.spin_rad = at.inclination_rad = at.bound_mm = NAN;
+    btg_drop_query query = {};
+    btg_drop_result drop;
+    query.origin = from_glm(centre), query.axis = at.axis;
+    btg_status status = btg_drop(part, &tool, &solver, &query, workspace, workspace_size, &drop);
+    if (status < 0 || drop.status != BTG_OK) return at;
+    at.bound_mm = std::fmax(drop.height_mm, 0.0) + drop.bound_mm;
+    if (std::fabs(drop.height_mm) > tolerance_mm) return at;
+    at.p = drop.contact;
+    double cosine = glm::dot(axis, to_glm(at.p.normal));
+    at.inclination_rad = std::acos(std::fmax(-1.0, std::fmin(1.0, cosine)));
+    at.tilt_rad = std::acos(std::fmax(-1.0, std::fmin(1.0, axis.z)));
+    if (drop.element == 0)
+        second_contact(part, tool, solver, tolerance_mm, workspace, workspace_size, &at);
+    return at;
+}
+
+} // namespace view

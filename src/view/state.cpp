@@ -1,0 +1,237 @@
+#include "view/state.h"
+#include "view/pose.h"
+
+extern "C" {
+#include "app/number.h"
+}
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace view {
+
+static constexpr double degree = 3.14159265358979323846 / 180;
+/* Of the tool's outer radius: how much of its surroundings is seen. */
+static constexpr double surroundings = 2.2;
+
+const btg_row *current(const state &s) {
+    return s.path && s.at < s.path->rows.size() ? &s.path->rows[s.at] : nullptr;
+}
+
+/* ---- along the path ----------------------------------------------------------------------- */
+
+static pose pose_here(const state &s) {
+    const btg_row *row = current(s);
+    return row && s.part ? pose_of(s.part->tool, row->position) : pose();
+}
+
+void go_to(state *s, std::size_t row) {
+    if (!s->path || s->path->rows.empty()) return;
+    pose before = pose_here(*s);
+    s->at = std::min(row, s->path->rows.size() - 1);
+    pose now = pose_here(*s);
+    if (s->follow && before.placed && now.placed) s->eye.target += now.centre - before.centre;
+}
+
+void step(state *s, long rows) {
+    long last = s->path ? static_cast<long>(s->path->rows.size()) - 1 : 0;
+    go_to(s, static_cast<std::size_t>(std::clamp(static_cast<long>(s->at) + rows, 0L, last)));
+}
+
+void step_pass(state *s, int direction) {
+    const btg_row *row = current(*s);
+    if (!row) return;
+    const std::vector<btg_row> &rows = s->path->rows;
+    std::size_t at = s->at;
+    if (direction > 0) {
+        while (at + 1 < rows.size() && rows[at].pass == row->pass)
+            at++;
+    } else {
+        if (at > 0) at--;
+        while (at > 0 && rows[at - 1].pass == rows[at].pass)
+            at--;
+    }
+    go_to(s, at);
+}
+
+void advance(state *s, double seconds) {
+    if (!s->playing || !s->path) return;
+    s->progress += seconds * s->speed;
+    double whole = std::floor(s->progress);
+    s->progress -= whole;
+    if (whole > 0) step(s, static_cast<long>(std::min(whole, 1e6)));
+    if (s->at + 1 >= s->path->rows.size()) s->playing = false;
+}
+
+void set_path(state *s, std::shared_ptr<tour> path) {
+    s->path = std::move(path);
+    s->left = nullptr;
+    std::size_t count = s->path ? s->path->rows.size() : 0;
+    s->at = count > 0 ? std::min(s->at, count - 1) : 0;
+}
+
+/* ---- the camera --------------------------------------------------------------------------- */
+
+static double reach(const btg_tool &tool) {
+    return tool.def.major_radius_mm + tool.def.minor_radius_mm;
+}
+
+void look_at_tool(state *s) {
+    pose at = pose_here(*s);
+    if (!at.placed) {
+        look_at_part(s);
+        return;
+    }
+    camera_fit(&s->eye, at.centre + 0.7 * reach(s->part->tool) * at.axis,
+               surroundings * reach(s->part->tool), s->aspect);
+}
+
+void look_at_part(state *s) {
+    if (!s->part) return;
+    glm::dvec3 low = to_glm(s->part->info.box_min), high = to_glm(s->part->info.box_max);
+    camera_fit(&s->eye, 0.5 * (low + high), 0.55 * glm::distance(low, high), s->aspect);
+}
+
+static const struct {
+    const char *name;
+    double azimuth_deg, elevation_deg;
+} sides[] = {{"iso", -60, 30}, {"top", -90, 90}, {"front", -90, 0},
+             {"back", 90, 0},  {"left", 180, 0}, {"right", 0, 0}};
+
+static bool angles_of(const char *name, double angle[2]) {
+    for (const auto &side : sides)
+        if (std::strcmp(side.name, name) == 0) {
+            angle[0] = side.azimuth_deg, angle[1] = side.elevation_deg;
+            return true;
+        }
+    return number_parse_list(name, angle, 2) == 2 && std::fabs(angle[0]) <= 360 &&
+           std::fabs(angle[1]) <= 90;
+}
+
+bool view_name_known(const char *name) {
+    double angle[2];
+    return std::strcmp(name, "tilt") == 0 || angles_of(name, angle);
+}
+
+/* Along u, from the side on which the eye is; a little from above, so that the part is seen. */
+static void look_along_tilt(state *s) {
+    pose at = pose_here(*s);
+    s->eye.azimuth_deg = sides[0].azimuth_deg, s->eye.elevation_deg = 12;
+    if (!at.framed || std::hypot(at.u.x, at.u.y) < 0.1) return;
+    glm::dvec3 u = at.u.y > 0 ? -at.u : at.u;
+    s->eye.azimuth_deg = std::atan2(u.y, u.x) / degree;
+}
+
+bool look_from(state *s, const char *name) {
+    double angle[2];
+    if (std::strcmp(name, "tilt") == 0) {
+        look_along_tilt(s);
+        return true;
+    }
+    if (!angles_of(name, angle)) return false;
+    s->eye.azimuth_deg = angle[0], s->eye.elevation_deg = angle[1];
+    return true;
+}
+
+/* ---- keys --------------------------------------------------------------------------------- */
+
+const key_help key_list[] = {
+    {"drag", "turn"},
+    {"right drag, Shift drag", "move"},
+    {"wheel, + -", "nearer, farther"},
+    {"Space", "play, stop"},
+    {"Left Right", "one position"},
+    {"Shift Left Right", "ten"},
+    {"Up Down", "pass"},
+    {"Home End", "first, last"},
+    {"F, A", "look at tool, at all"},
+    {"1 2 3 4 5", "along tilt, iso, top, front, right"},
+    {"T", "tool solid, clear, hidden"},
+    {"N", "normals at P and Q"},
+    {"I", "pseudo-insert"},
+    {"C", "circular ray to Q"},
+    {"L", "tilt: axis before, after"},
+    {"R", "trail of P and Q"},
+    {"G", "gouge and scallop colours"},
+    {"B", "next back end"},
+    {"S", "save picture"},
+    {"H, Tab", "this help, panel"},
+    {"Q, Esc", "quit"},
+};
+const std::size_t key_count = sizeof key_list / sizeof *key_list;
+
+static void flip(bool *b) {
+    *b = !*b;
+}
+
+static void next_backend(state *s) {
+    std::size_t count = btg_backend_count(), at = count;
+    btg_backend_info info;
+    for (std::size_t i = 0; i < count; i++)
+        if (btg_backend_get_info(i, &info) == BTG_OK && s->backend == info.name) at = i;
+    for (std::size_t k = 1; k <= count; k++) {
+        if (btg_backend_get_info((at + k) % count, &info) != BTG_OK ||
+            info.state != BTG_BACKEND_READY)
+            continue;
+        s->backend = info.name;
+        s->recompute = true;
+        return;
+    }
+}
+
+struct binding {
+    const char *name;
+    void (*act)(state *s);
+};
+
+static const binding bindings[] = {
+    {"space", [](state *s) { flip(&s->playing); }},
+    {"left", [](state *s) { step(s, -1); }},
+    {"right", [](state *s) { step(s, 1); }},
+    {"shift+left", [](state *s) { step(s, -10); }},
+    {"shift+right", [](state *s) { step(s, 10); }},
+    {"up", [](state *s) { step_pass(s, 1); }},
+    {"down", [](state *s) { step_pass(s, -1); }},
+    {"home", [](state *s) { go_to(s, 0); }},
+    {"end", [](state *s) { go_to(s, positions_max); }},
+    {"plus", [](state *s) { camera_zoom(&s->eye, 1); }},
+    {"minus", [](state *s) { camera_zoom(&s->eye, -1); }},
+    {"f", look_at_tool},
+    {"a", look_at_part},
+    {"1", [](state *s) { look_from(s, "tilt"); }},
+    {"2", [](state *s) { look_from(s, "iso"); }},
+    {"3", [](state *s) { look_from(s, "top"); }},
+    {"4", [](state *s) { look_from(s, "front"); }},
+    {"5", [](state *s) { look_from(s, "right"); }},
+    {"t", [](state *s) { s->tool = static_cast<tool_look>((static_cast<int>(s->tool) + 1) % 3); }},
+    {"n", [](state *s) { flip(&s->normals); }},
+    {"i", [](state *s) { flip(&s->insert); }},
+    {"c", [](state *s) { flip(&s->ray); }},
+    {"l", [](state *s) { flip(&s->lean); }},
+    {"r", [](state *s) { flip(&s->trail); }},
+    {"g", [](state *s) { flip(&s->gouge); }},
+    {"b", next_backend},
+    {"s", [](state *s) { s->save_picture = true; }},
+    {"h", [](state *s) { flip(&s->help); }},
+    {"tab", [](state *s) { flip(&s->panel); }},
+    {"q", [](state *s) { s->quit = true; }},
+    {"escape", [](state *s) { s->quit = true; }},
+};
+
+bool key_known(const std::string &key) {
+    for (const binding &b : bindings)
+        if (key == b.name) return true;
+    return false;
+}
+
+bool press(state *s, const std::string &key) {
+    for (const binding &b : bindings)
+        if (key == b.name) {
+            b.act(s);
+            return true;
+        }
+    return false;
+}
+
+} // namespace view

@@ -1,0 +1,74 @@
+/* What the user sees and where in the path they are: everything that keys, mouse and panel change,
+ * whatever the window. */
+#ifndef BTG_VIEW_STATE_H
+#define BTG_VIEW_STATE_H
+
+#include "view/camera.h"
+#include "view/model.h"
+
+#include <string>
+
+namespace view {
+
+enum class tool_look { solid, clear, hidden };
+
+struct state {
+    std::shared_ptr<subject> part;
+    std::shared_ptr<tour> path;
+    std::shared_ptr<field> left; /* of `path`; NULL until it is cut */
+
+    std::size_t at = 0; /* row of the path */
+    bool playing = false;
+    double speed = 30;   /* positions a second */
+    double progress = 0; /* toward the next position while playing */
+
+    tool_look tool = tool_look::solid;
+    bool normals = false, insert = false, ray = false, gouge = false;
+    bool lean = true, trail = true; /* axis before and after the tilt; where contacts were */
+    bool follow = true;             /* the camera goes with the tool */
+    bool panel = true, help = true;
+
+    camera eye;
+    double aspect = 1.6;
+    std::string note; /* one line for the user: an error, a file written */
+
+    /* What is to be done beside the window. */
+    bool quit = false, save_picture = false;
+    bool recompute = false;
+    std::string backend = "auto";
+};
+
+/* The row shown; NULL without a path. */
+const btg_row *current(const state &s);
+
+void go_to(state *s, std::size_t row);
+void step(state *s, long rows);
+/* To the first position of the next pass (+1) or of this or the one before (-1). */
+void step_pass(state *s, int direction);
+/* Moves on by `seconds` while playing; stops at the end. */
+void advance(state *s, double seconds);
+
+/* A new path: the camera and the row stay where they fit. */
+void set_path(state *s, std::shared_ptr<tour> path);
+
+/* Where the camera looks: near the tool, or at the whole part with the tool. */
+void look_at_tool(state *s);
+void look_at_part(state *s);
+/* "iso", "top", "front", "back", "left", "right", "tilt" (along the axis about which the tool
+ * tilted: P, Q and the tilt in true size) or AZIMUTH,ELEVATION in degrees. False: no such. */
+bool look_from(state *s, const char *name);
+bool view_name_known(const char *name);
+
+/* One key by its name, as --keys takes it: "space", "left", "n", ... False: no such key. */
+bool press(state *s, const std::string &key);
+bool key_known(const std::string &key);
+
+struct key_help {
+    const char *keys, *meaning;
+};
+extern const key_help key_list[];
+extern const std::size_t key_count;
+
+} // namespace view
+
+#endif

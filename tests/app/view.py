@@ -1,0 +1,231 @@
+"""`bitangent view`: pictures by what is in them, without a display, and the window under Xvfb.
+
+    python3 view.py PATH_OF_BITANGENT [unittest's own options]
+"""
+
+import json
+import math
+import os
+import struct
+import subprocess
+import sys
+import unittest
+import zlib
+
+import program
+from program import Case, SIZE, rows_of
+
+BACKGROUND = (246, 248, 250)
+
+
+class Picture:
+    """An 8-bit RGB PNG."""
+
+    def __init__(self, path):
+        with open(path, "rb") as f:
+            data = f.read()
+        assert data[:8] == b"\x89PNG\r\n\x1a\n"
+        at, packed = 8, b""
+        while at < len(data):
+            (size,) = struct.unpack(">I", data[at : at + 4])
+            kind, body = data[at + 4 : at + 8], data[at + 8 : at + 8 + size]
+            if kind == b"IHDR":
+                self.width, self.height, bits, colours = struct.unpack(">IIBB", body[:10])
+                assert (bits, colours) == (8, 2), (bits, colours)
+            if kind == b"IDAT":
+                packed += body
+            at += 12 + size
+        self.rows = self.unfilter(zlib.decompress(packed))
+
+    def unfilter(self, raw):
+        stride, rows, before = 3 * self.width, [], bytearray(3 * self.width)
+        for y in range(self.height):
+            kind = raw[y * (stride + 1)]
+            line = bytearray(raw[y * (stride + 1) + 1 : (y + 1) * (stride + 1)])
+            for i in range(stride if kind else 0):
+                left = line[i - 3] if i > 2 else 0
+                up, corner = before[i], before[i - 3] if i > 2 else 0
+                if kind == 1:
+                    guess = left
+                elif kind == 2:
+                    guess = up
+                elif kind == 3:
+                    guess = (left + up) // 2
+                else:
+                    guess = min((left, up, corner), key=lambda v: abs(left + up - corner - v))
+                line[i] = (line[i] + guess) & 255
+            rows.append(line)
+            before = line
+        return rows
+
+    def at(self, x, y):
+        return tuple(self.rows[y][3 * x : 3 * x + 3])
+
+    def near(self, x, y, reach):
+        """Pixels of a square about a place."""
+        return [
+            self.at(i, k)
+            for k in range(max(int(y) - reach, 0), min(int(y) + reach + 1, self.height))
+            for i in range(max(int(x) - reach, 0), min(int(x) + reach + 1, self.width))
+        ]
+
+    def places(self, kind):
+        return [
+            (x, y) for y in range(self.height) for x in range(self.width) if kind(self.at(x, y))
+        ]
+
+
+def is_blue(c):
+    return c[2] > 1.3 * c[0] + 30 and c[2] > c[1] + 15
+
+
+def is_orange(c):
+    return c[0] > c[1] + 40 and c[1] > c[2] + 15
+
+
+def is_part(c):
+    return max(abs(a - b) for a, b in zip(c, BACKGROUND)) > 8
+
+
+def sub(a, b):
+    return [x - y for x, y in zip(a, b)]
+
+
+def dot(a, b):
+    return sum(x * y for x, y in zip(a, b))
+
+
+def cross(a, b):
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def unit(a):
+    return [x / math.sqrt(dot(a, a)) for x in a]
+
+
+def project(facts, size, point):
+    """A pinhole's image of a point, z up in the picture; straight from above, +y is up."""
+    camera = facts["camera"]
+    ahead = unit(sub(camera["target_mm"], camera["eye_mm"]))
+    right = unit(cross(ahead, [0, 0, 1])) if abs(ahead[2]) < 0.999999 else [1, 0, 0]
+    up = cross(right, ahead)
+    to = sub(point, camera["eye_mm"])
+    scale = size[1] / 2 / math.tan(math.radians(camera["height_deg"] / 2)) / dot(to, ahead)
+    return size[0] / 2 + scale * dot(to, right), size[1] / 2 - scale * dot(to, up)
+
+
+def vector(row, name):
+    return [float(row[name + "_" + axis]) for axis in "xyz"]
+
+
+class View(Case):
+    steps = ("--side-step", "20", "--forward-step", "10")
+
+    def setUp(self):
+        super().setUp()
+        done = self.run_program("view", self.part, "--screenshot", self.at("probe.png"),
+                                "--size", "64x64")
+        text = done.stderr.decode()
+        if done.returncode == 1 and ("not in this build" in text or "without a window" in text):
+            self.skipTest(text.strip())
+
+    def look(self, *words, size=(320, 200), track=()):
+        out = self.at("view.png")
+        text = self.good("view", self.part, *track, *self.steps, "--screenshot", out, "--json",
+                         "--size", "%dx%d" % size, *words)
+        picture = Picture(out)
+        self.assertEqual((picture.width, picture.height), size)
+        return picture, json.loads(text)
+
+
+class Screenshot(View):
+    def check_contacts(self, picture, facts, row, size):
+        for name, colour, other in (("p", is_blue, is_orange), ("q", is_orange, is_blue)):
+            x, y = project(facts, size, vector(row, name))
+            self.assertAlmostEqual(x, facts[name + "_pixel"][0], delta=0.5)
+            self.assertAlmostEqual(y, facts[name + "_pixel"][1], delta=0.5)
+            here = picture.near(x, y, 2)
+            self.assertGreater(sum(map(colour, here)), 0.8 * len(here), (name, here))
+            self.assertEqual(sum(map(other, here)), 0, name)
+
+    def test_contacts(self):
+        rows = self.path()
+        apart = [
+            (math.dist(vector(r, "p"), vector(r, "q")), i)
+            for i, r in enumerate(rows)
+            if r["status"] == "two-contact"
+        ]
+        _, best = max(apart)
+        size = (400, 300)
+        for side in ("tilt", "top", "front", "200,35"):
+            for tool in ("t,t,r", "r"):
+                picture, facts = self.look("--position", str(best + 1), "--view-from", side,
+                                           "--keys", tool + ",tab,h", size=size)
+                self.assertEqual((facts["position"], facts["positions"]), (best + 1, len(rows)))
+                self.check_contacts(picture, facts, rows[best], size)
+
+    def test_where_from(self):
+        for side, want in (("top", (0, 0, 1)), ("front", (0, -1, 0)), ("right", (1, 0, 0)),
+                           ("left", (-1, 0, 0)), ("back", (0, 1, 0)), ("90,30", (0, 0.866025, 0.5))):
+            _, facts = self.look("--view-from", side, size=(64, 64))
+            camera = facts["camera"]
+            got = unit(sub(camera["eye_mm"], camera["target_mm"]))
+            for a, b in zip(got, want):
+                self.assertAlmostEqual(a, b, 5, side)
+
+    def test_part_silhouette(self):
+        """The dish is 60 mm square from above; what is drawn lies where its rim projects."""
+        size = (300, 300)
+        picture, facts = self.look("--view-from", "top", "--look-at", "part", "--position",
+                                   "11", "--keys", "t,t,r,l,tab,h", size=size)
+        rim = {}
+        for i in range(2):
+            for k in range(2):
+                rim[i, k] = project(facts, size, (SIZE * i, SIZE * k, 12 + 3 * i))
+        drawn = picture.places(is_part)
+        left, right = rim[0, 0][0], rim[1, 0][0]
+        top, bottom = min(rim[0, 1][1], rim[1, 1][1]), max(rim[0, 0][1], rim[1, 0][1])
+        self.assertAlmostEqual(min(x for x, _ in drawn), left, delta=2)
+        self.assertAlmostEqual(max(x for x, _ in drawn) + 1, right, delta=2)
+        self.assertAlmostEqual(min(y for _, y in drawn), top, delta=2)
+        self.assertAlmostEqual(max(y for _, y in drawn) + 1, bottom, delta=2)
+        wide = [rim[0, 0], rim[1, 0], rim[1, 1], rim[0, 1]]
+        area = 0.5 * abs(sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(wide, wide[1:] + wide[:1])))
+        self.assertAlmostEqual(len(drawn) / area, 1, delta=0.03)
+
+    def test_refusals(self):
+        out = self.at("x.png")
+        view = ("view", self.part)
+        for words, say in (
+            (("view",), "no part"),
+            ((*view, "a.csv", "b.csv"), "third file"),
+            ((*view, "--screenshot", "x.jpg"), ".png"),
+            ((*view, "--size", "12x12"), "WIDTHxHEIGHT"),
+            ((*view, "--size", "640"), "WIDTHxHEIGHT"),
+            ((*view, "--size", "640x-480"), "WIDTHxHEIGHT"),
+            ((*view, "--position", "0"), "from 1"),
+            ((*view, "--position", "100000", "--screenshot", out), "no 100000"),
+            ((*view, "--view-from", "below"), "below"),
+            ((*view, "--view-from", "10,91"), "10,91"),
+            ((*view, "--look-at", "me"), "tool or part"),
+            ((*view, "--keys", "space,,n"), "keys like"),
+            ((*view, "--keys", "space,hyper"), "hyper"),
+            ((*view, "-o", "x.csv"), "unknown option"),
+            ((*view, "--tool"), "needs a value"),
+            ((*view, self.at("none.csv"), "--screenshot", out), "none.csv"),
+            ((*view, self.part, "--screenshot", out), "unknown kind of path"),
+            (("view", self.at("none.gltf")), "none.gltf"),
+        ):
+            self.bad(2, *words, say=say)
+        self.bad(1, *view, "--screenshot", "/nowhere/x.png", say="/nowhere/x.png")
+
+    def test_help(self):
+        self.assertIn("--screenshot", self.good("help", "view"))
+        self.assertEqual(self.good("view", "--help"), self.good("help", "view"))
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        sys.exit("usage: view.py PATH_OF_BITANGENT [unittest's own options]")
+    program.PROGRAM = os.path.abspath(sys.argv.pop(1))
+    unittest.main()
