@@ -36,6 +36,7 @@ double app_seconds(void);
 int app_path(int count, char **words); /* `bitangent path`: the words after it */
 int app_verify(int count, char **words);
 int app_view(int count, char **words);
+int app_report(int count, char **words);
 int app_bench(int count, char **words);
 int app_info(int count, char **words);
 int app_help(const char *topic); /* NULL: what there is */

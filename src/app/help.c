@@ -7,6 +7,7 @@ static const char general[] =
     "bitangent: two-contact, gouge-free positions of a milling cutter on freeform parts\n"
     "\n"
     "  bitangent path PART [-o FILE]...   tool path over PART\n"
+    "  bitangent report PART [-o FILE]    the same with a page to look at it, report.html\n"
     "  bitangent verify PART PATH         what PATH leaves of a stock, against PART\n"
     "  bitangent view PART [PATH]         looks at them: a window, or one picture\n"
     "  bitangent bench [PART]...          how fast it is, on this machine\n"
@@ -24,8 +25,9 @@ static const char path[] =
     "tilted until it touches a second time. Millimetres and degrees, z up.\n"
     "\n"
     "  -o, --output FILE       .csv, .json, .cl (APT), .png, .glb (model: part, path, contacts,\n"
-    "                          tool) or .ngc (a program for --machine); repeat for more.\n"
-    "                          KIND:FILE names the kind where the ending does not: csv:-\n"
+    "                          tool), .html (a report) or .ngc (a program for --machine);\n"
+    "                          repeat for more. KIND:FILE names the kind where the ending does\n"
+    "                          not: csv:-\n"
     "tool\n"
     "  --tool RO,RI[,PROFILE]  major and minor radius; toroidal (round inserts, hollow) or\n"
     "                          bullnose (solid); default 6.7,6,toroidal\n"
@@ -100,7 +102,8 @@ static const char verify[] =
 static const char view[] =
     "bitangent view PART [PATH]\n"
     "\n"
-    "Shows PART, a glTF file, and the tool on its way along PATH (.csv, .cl, or .ngc with --machine),\n"
+    "Shows PART, a glTF file, and the tool on its way along PATH (.csv, .cl, or .ngc with "
+    "--machine),\n"
     "or along the path that 'bitangent path' would make: contacts P and Q, the tilt, and what\n"
     "gouges or is left.\n"
     "\n"
@@ -119,6 +122,19 @@ static const char view[] =
     "  --tool, --shank, --holder, --footprint, --side-step, --forward-step, --method, --backend,\n"
     "  --spin, --scallop, --max-tilt, --tolerance, --threads, --gltf-unit, --up, --use-mesh, ...\n"
     "                          as in 'bitangent help path'\n";
+
+static const char report[] =
+    "bitangent report PART [-o FILE.html] [-o FILE]...\n"
+    "\n"
+    "Makes a tool path over PART as 'bitangent path' does, with all of its options (among them\n"
+    "--side-step, --tool and --spin), and a page to look at it with any browser, by default\n"
+    "report.html: the path in 3D, statuses, tilts, distances of the contacts, gouge and scallop,\n"
+    "what every back end makes of it and, with --machine, the joints over time. Everything is\n"
+    "inside the page. At most 200000 positions.\n"
+    "\n"
+    "  -o, --output FILE       .html; others as in 'bitangent help path'\n"
+    "  --scallop MM            counts as finished, default 0.01\n"
+    "  --machine NAME|FILE     whose joints are shown\n";
 
 static const char bench[] =
     "bitangent bench [PART]...\n"
@@ -162,13 +178,16 @@ int app_help(const char *topic) {
         text = verify;
     } else if (topic && strcmp(topic, "view") == 0) {
         text = view;
+    } else if (topic && strcmp(topic, "report") == 0) {
+        text = report;
     } else if (topic && strcmp(topic, "bench") == 0) {
         text = bench;
     } else if (topic && strcmp(topic, "info") == 0) {
         text = info;
     } else if (topic && strcmp(topic, "help") != 0) {
         return app_complain(APP_UNUSABLE,
-                            "no help on '%.200s'; there is path, verify, view, bench and info",
+                            "no help on '%.200s'; there is path, report, verify, view, bench and "
+                            "info",
                             topic);
     }
     btg_output out = btg_output_borrow(stdout);

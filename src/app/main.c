@@ -24,11 +24,12 @@ int main(int count, char **words) {
     if (count < 2) {
         return app_complain(
             APP_UNUSABLE,
-            "no command; give path, verify, view, bench or info, see 'bitangent help'");
+            "no command; give path, report, verify, view, bench or info, see 'bitangent help'");
     }
     const char *command = words[1];
     if (is(command, "path")) return app_path(count - 2, words + 2);
     if (is(command, "verify")) return app_verify(count - 2, words + 2);
+    if (is(command, "report")) return app_report(count - 2, words + 2);
     if (is(command, "bench")) return app_bench(count - 2, words + 2);
     if (is(command, "view")) return app_view(count - 2, words + 2);
     if (is(command, "info")) return app_info(count - 2, words + 2);

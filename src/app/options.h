@@ -11,7 +11,8 @@ typedef enum output_kind {
     OUTPUT_CL,
     OUTPUT_PNG,
     OUTPUT_NGC,
-    OUTPUT_GLB
+    OUTPUT_GLB,
+    OUTPUT_HTML
 } output_kind;
 
 typedef struct output_choice {

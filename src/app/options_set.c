@@ -26,7 +26,7 @@ static bool get_positive(const char *name, const char *value, double *number) {
 /* ---- files -------------------------------------------------------------------------------- */
 
 static bool find_kind(const char *word, size_t size, output_kind *kind) {
-    static const char *const known[] = {"csv", "json", "cl", "png", "ngc", "glb"};
+    static const char *const known[] = {"csv", "json", "cl", "png", "ngc", "glb", "html"};
     for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
         if (strlen(known[i]) != size || strncasecmp(word, known[i], size) != 0) continue;
         *kind = (output_kind)i;
@@ -49,7 +49,8 @@ static bool set_output(path_options *o, const char *name, const char *value) {
         if (choice.path[0] == '\0') return app_refuse(name, "no file after '%.100s'", value);
     } else if (!dot || !find_kind(dot + 1, strlen(dot + 1), &choice.kind)) {
         return app_refuse(
-            name, "'%.200s' has no known ending; give .csv, .json, .cl, .png, .glb or .ngc", value);
+            name, "'%.200s' has no known ending; give .csv, .json, .cl, .png, .glb, .html or .ngc",
+            value);
     }
     if (choice.kind == OUTPUT_PNG && !btg_picture_available()) {
         return app_refuse(name,

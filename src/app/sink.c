@@ -1,5 +1,6 @@
 #include "app/sink.h"
 #include "app/app.h"
+#include "app/report.h"
 #include "core/part.h"
 #include "io/csv.h"
 #include "io/machine.h"
@@ -73,6 +74,7 @@ btg_status sinks_open(sinks *s, const path_options *options, const btg_part *par
     memset(s, 0, sizeof *s);
     s->part = part;
     s->tool = tool;
+    s->clear_z_mm = clear_z_mm;
     btg_status status = BTG_OK;
     for (int i = 0; i < options->output_count && status == BTG_OK; i++) {
         sink *k = &s->list[i];
@@ -102,7 +104,7 @@ void sinks_row(sinks *s, const btg_row *row, bool linked) {
             btg_output_text(&k->output, "\n");
         } else if (k->kind == OUTPUT_PNG) {
             if (!row->lift) btg_picture_add(&k->picture, &row->position);
-        } else if (k->kind == OUTPUT_GLB) {
+        } else if (k->kind == OUTPUT_GLB || k->kind == OUTPUT_HTML) {
             btg_scene_add(&k->scene, row, linked);
         } else if (row->lift) {
             /* APT and programs make their own retracts, also where the path has none. */
@@ -144,6 +146,13 @@ static btg_status end(const sinks *s, sink *k, const summary *result, btg_messag
     } else if (k->kind == OUTPUT_GLB) {
         return btg_scene_glb(&k->scene, s->part, s->tool, app_file_name(result->options->part),
                              &k->output, message);
+    } else if (k->kind == OUTPUT_HTML) {
+        const report r = {.scene = &k->scene,
+                          .part = s->part,
+                          .tool = s->tool,
+                          .summary = result,
+                          .clear_z_mm = s->clear_z_mm};
+        return report_write(&r, &k->output, message);
     }
     return BTG_OK;
 }

@@ -24,8 +24,9 @@ typedef struct sinks { /* stays where it is while open */
     sink list[BTG_OUTPUT_MAX];
     int count;
     bool standard;        /* one of them is the standard output */
-    const btg_part *part; /* for pictures */
+    const btg_part *part; /* for pictures and reports */
     const btg_tool *tool;
+    double clear_z_mm;
 } sinks;
 
 /* Opens all or none; part and tool are to outlive them. Errors: ERROR_FILE; ERROR_ARGUMENT when

@@ -40,7 +40,10 @@ void btg_scene_add(btg_scene *s, const btg_row *row, bool linked) {
     if (row->lift || !make_room(s)) return;
     const btg_position *p = &row->position;
     const btg_scene_stop *last = s->count > 0 ? &s->stops[s->count - 1] : NULL;
-    btg_scene_stop stop = {.tilt_rad = (float)p->tilt_rad,
+    btg_scene_stop stop = {.foot_mm = {p->foot_x_mm, p->foot_y_mm},
+                           .exact_tip = p->tip,
+                           .exact_axis = p->axis,
+                           .tilt_rad = (float)p->tilt_rad,
                            .status = (int8_t)p->status,
                            .pass = row->pass,
                            .point = row->point};

@@ -6,8 +6,11 @@
 #include "io/output.h"
 #include "io/row.h"
 
-/* mm and radians; NaN where a value does not exist. Single precision: it is there for the eye. */
+/* mm and radians; NaN where a value does not exist. What is there for the eye is in single
+ * precision. */
 typedef struct btg_scene_stop {
+    double foot_mm[2];
+    btg_vec3 exact_tip, exact_axis;
     float tip[3], axis[3], p[3], q[3];
     float tilt_rad;
     int8_t status; /* btg_status */

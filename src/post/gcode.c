@@ -214,6 +214,14 @@ static double written(const btg_program *p, const words *w, int from, int to, in
     return sqrt(sum);
 }
 
+static void trace(const btg_program *p, const btg_stop *stop, double seconds) {
+    if (!p->def.trace) return;
+    btg_vec3 linear = btg_machine_linear(&p->machine, stop->tip, stop->angle);
+    const btg_joints joints = {.linear_mm = {linear.x, linear.y, linear.z},
+                               .rotary_rad = {stop->angle[0], stop->angle[1]}};
+    p->def.trace(&joints, seconds, p->def.user);
+}
+
 void btg_gcode_cut(btg_program *p, const btg_stop *stop, double seconds, double length_mm,
                    double turn_rad) {
     words w = words_of(p, stop);
@@ -234,6 +242,7 @@ void btg_gcode_cut(btg_program *p, const btg_stop *stop, double seconds, double 
     }
     end_line(p);
     p->info.blocks++;
+    trace(p, stop, seconds);
 }
 
 void btg_gcode_rapid(btg_program *p, const btg_stop *stop) {
@@ -245,6 +254,7 @@ void btg_gcode_rapid(btg_program *p, const btg_stop *stop) {
     if (is(p, BTG_CONTROL_HEIDENHAIN)) text(p, " FMAX");
     end_line(p);
     p->info.blocks++;
+    trace(p, stop, 0);
 }
 
 /* ---- beginning and end -------------------------------------------------------------------- */

@@ -306,7 +306,7 @@ class Refusals(Case):
 
     def test_outputs(self):
         for name in ("out", "out.txt", "csv", ".", "out.csv.", "a.csv/b"):
-            self.refuse("-o", self.at(name), say=".csv, .json, .cl, .png, .glb or .ngc")
+            self.refuse("-o", self.at(name), say=".csv, .json, .cl, .png, .glb, .html or .ngc")
         self.bad(2, "path", self.part, "-o", "a.csv", "-o", "a.csv", say="twice")
         self.refuse("-o", "csv:", say="no file")
         many = [w for i in range(17) for w in ("-o", self.at("%d.csv" % i))]

@@ -154,6 +154,9 @@ typedef struct btg_program_def {
     btg_allocator allocator;
     btg_status (*write)(const char *text, size_t size, void *user); /* as for APT */
     void *user;
+    /* Where the joints stand after each block that moves; NULL (default): nobody asks. `seconds`
+     * is the block's time, or 0 for a rapid, whose speed is the control's. Gets `user`. */
+    void (*trace)(const btg_joints *joints, double seconds, void *user);
 } btg_program_def;
 
 BTG_API btg_program_def btg_program_def_default(void);
