@@ -170,6 +170,7 @@ static void put_settings(const path_options *o, btg_json *json) {
         setting(json, "--side-step", "%.6g mm", o->footprint.side_step_mm);
         setting(json, "--forward-step", "%.6g mm", o->footprint.forward_step_mm);
     }
+    setting_word(json, "--method", o->method);
     setting_word(json, "--spin", spin[o->solver.spin]);
     if (o->solver.spin == BTG_SPIN_FIXED) setting(json, "spin", "%.6g\xc2\xb0", o->spin_deg);
     if (o->solver.spin == BTG_SPIN_GAP) setting(json, "gap", "%.6g mm", o->solver.gap_mm);
