@@ -5,10 +5,19 @@
 #include "bitangent/verify.h"
 #include "core/part.h"
 
-/* Rows of the field that one thread works on at a time. */
+/* Side of a tile, cells; rows of the field that one thread works on at a time. */
+#define BTG_TILE      8
 #define BTG_BAND_ROWS 32
 /* Steps cut into the field together: many enough that starting threads costs nothing. */
 #define BTG_STEPS_MAX 4096
+
+/* What the stock of some cells is nowhere above: a plane, height at the tile's middle and slopes.
+ * One array each: many tiles are looked at side by side. */
+typedef struct btg_tiles {
+    uint32_t width, height; /* tiles; those at the upper ends may have fewer cells */
+    double *z, *along_x, *along_y;
+    uint8_t *stale; /* the stock was cut since */
+} btg_tiles;
 
 typedef struct btg_field {
     uint32_t width, height;
@@ -16,6 +25,7 @@ typedef struct btg_field {
     double top, bottom; /* of the block, mm */
     double *part_z, *stock_z;
     float *normal_z;
+    btg_tiles tiles;
 } btg_field;
 
 /* The tool at one moment of the path. */
@@ -53,6 +63,14 @@ bool btg_cutter_under_near(const btg_cutter *cutter, btg_vec3 axis, double x, do
 
 /* Heights and normals of the part's upper side in the rows of a band. */
 void btg_field_part(btg_field *field, const btg_part *part, uint32_t first_row, uint32_t end_row);
+
+/* ---- tiles.c ------------------------------------------------------------------------------ */
+
+/* Planes of the stale tiles of a row of them, from tile `first` to `end` - 1. */
+void btg_tiles_refresh(btg_field *field, uint32_t row, uint32_t first, uint32_t end);
+/* room[i - first] < 0: the cutter, centre of its torus at `centre`, cuts no cell of tile i. */
+void btg_tiles_measure(const btg_field *field, const btg_cutter *cutter, btg_vec3 centre,
+                       btg_vec3 axis, uint32_t row, uint32_t first, uint32_t end, double *room);
 
 /* ---- stock.c ------------------------------------------------------------------------------ */
 

@@ -12,8 +12,11 @@
  * square root, not the search of under.c. */
 #include "verify/internal.h"
 
+#include <string.h>
+
 #define ORDERS      32
 #define ROW_PIECE   256
+#define TILES_PIECE 64
 #define TURN_LIMIT  0.5 /* of a step, radians: the bound below is for small turns */
 #define STEPS_LIMIT 10000000.0
 
@@ -83,20 +86,15 @@ static double lower(btg_field *f, const btg_cutter *cutter, const btg_step *step
     return under;
 }
 
-static void cut_row(btg_field *f, const btg_cutter *cutter, const btg_step *step, uint32_t row,
-                    btg_band *band) {
-    double reach = cutter->major + cutter->minor;
-    double y = f->y + row * f->cell - step->centre.y, half2 = reach * reach - y * y;
-    if (half2 < 0) return;
-    double half = sqrt(half2), from = (step->centre.x - half - f->x) / f->cell;
-    double to = (step->centre.x + half - f->x) / f->cell;
-    if (to < 0 || from > f->width - 1) return;
-    uint32_t first = from > 0 ? (uint32_t)ceil(from) : 0;
-    uint32_t end = to < f->width - 1 ? (uint32_t)to + 1 : f->width;
+/* Cells `first` to `end` - 1 of a row. Returns whether one was cut. */
+static bool cut_cells(btg_field *f, const btg_cutter *cutter, const btg_step *step, uint32_t row,
+                      uint32_t first, uint32_t end, btg_band *band) {
+    double y = f->y + row * f->cell - step->centre.y;
     btg_vec3 a = step->axis;
     place p = {a.x, a.y, a.z, y, step->centre.z, cutter->major, cutter->minor, 0};
     p.doubt = cutter->hollow && cutter->major * a.z < cutter->minor;
     double room[ROW_PIECE];
+    bool cut = false;
     for (uint32_t i = first; i < end; i += ROW_PIECE) {
         int count = (int)(end - i < ROW_PIECE ? end - i : ROW_PIECE);
         size_t at = (size_t)row * f->width + i;
@@ -108,31 +106,83 @@ static void cut_row(btg_field *f, const btg_cutter *cutter, const btg_step *step
         double last[2] = {NAN, NAN};
         for (int k = 0; k < count; k++) {
             double under = NAN;
-            /* The next height, from the last two. */
+            /* The next height, from the last two, or from the stock's. */
             double near = 2 * last[0] - last[1];
+            if (isnan(near)) near = f->stock_z[at + (size_t)k] - step->centre.z;
             if (p.doubt > 0) near = NAN;
-            if (room[k] > 0)
+            if (room[k] > 0) {
                 under = lower(f, cutter, step, at + (size_t)k, x + k * f->cell, y, near, band);
+                cut = true;
+            }
             last[1] = last[0];
             last[0] = under;
         }
     }
+    return cut;
+}
+
+/* ---- tiles ---------------------------------------------------------------------------------- */
+
+/* Rows and cells of a run of tiles, each row as far as the cutter reaches. */
+static void cut_run(btg_field *f, const btg_cutter *cutter, const btg_step *step, uint32_t tile_row,
+                    uint32_t first, uint32_t end, btg_band *band) {
+    double reach = cutter->major + cutter->minor;
+    uint32_t row = tile_row * BTG_TILE, row_end = row + BTG_TILE;
+    bool cut = false;
+    if (row_end > f->height) row_end = f->height;
+    for (; row < row_end; row++) {
+        double y = f->y + row * f->cell - step->centre.y, half2 = reach * reach - y * y;
+        if (half2 < 0) continue;
+        double half = sqrt(half2), from = (step->centre.x - half - f->x) / f->cell;
+        double to = (step->centre.x + half - f->x) / f->cell;
+        uint32_t low = first * BTG_TILE, high = end * BTG_TILE;
+        if (high > f->width) high = f->width;
+        if (to < low || from > high) continue;
+        if (from > low) low = (uint32_t)ceil(from);
+        if (to < high - 1) high = (uint32_t)to + 1;
+        if (low < high && cut_cells(f, cutter, step, row, low, high, band)) cut = true;
+    }
+    if (cut) memset(f->tiles.stale + (size_t)tile_row * f->tiles.width + first, 1, end - first);
+}
+
+static void cut_tiles(btg_field *f, const btg_cutter *cutter, const btg_step *step,
+                      uint32_t tile_row, uint32_t first, uint32_t end, btg_band *band) {
+    double room[TILES_PIECE];
+    for (; first < end; first += TILES_PIECE) {
+        uint32_t count = end - first < TILES_PIECE ? end - first : TILES_PIECE;
+        btg_tiles_refresh(f, tile_row, first, first + count);
+        btg_tiles_measure(f, cutter, step->centre, step->axis, tile_row, first, first + count,
+                          room);
+        for (uint32_t i = 0, from; i < count; i++) {
+            if (room[i] < 0) continue;
+            for (from = i; i < count && !(room[i] < 0);)
+                i++;
+            cut_run(f, cutter, step, tile_row, first + from, first + i, band);
+        }
+    }
+}
+
+/* Tiles that [low, high], in cells, spans. False: none of `count` cells. */
+static bool tile_span(double low, double high, uint32_t count, uint32_t range[2]) {
+    if (!(high >= 0) || !(low <= count - 1)) return false;
+    range[0] = low > 0 ? (uint32_t)low / BTG_TILE : 0;
+    range[1] = (high < count - 1 ? (uint32_t)high : count - 1) / BTG_TILE + 1;
+    return true;
 }
 
 /* ---- a band ------------------------------------------------------------------------------- */
 
 static void cut_step(btg_field *f, const btg_cutter *cutter, const btg_step *step,
                      uint32_t first_row, uint32_t end_row, btg_band *band) {
-    double reach = cutter->major + cutter->minor;
+    double reach = (cutter->major + cutter->minor) / f->cell;
     double sink = cutter->major * norm2(step->axis.x, step->axis.y) + cutter->minor;
     if (step->centre.z - sink >= f->top) return;
-    double from = (step->centre.y - reach - f->y) / f->cell;
-    double to = (step->centre.y + reach - f->y) / f->cell;
-    if (to < first_row || from > end_row) return;
-    if (from > first_row) first_row = (uint32_t)ceil(from);
-    if (to < end_row - 1) end_row = (uint32_t)to + 1;
-    for (uint32_t row = first_row; row < end_row; row++)
-        cut_row(f, cutter, step, row, band);
+    double x = (step->centre.x - f->x) / f->cell, y = (step->centre.y - f->y) / f->cell;
+    uint32_t rows[2], columns[2];
+    if (!tile_span(x - reach, x + reach, f->width, columns)) return;
+    if (!tile_span(y - reach - first_row, y + reach - first_row, end_row - first_row, rows)) return;
+    for (uint32_t row = rows[0]; row < rows[1]; row++)
+        cut_tiles(f, cutter, step, first_row / BTG_TILE + row, columns[0], columns[1], band);
 }
 
 void btg_stock_cut(btg_field *field, const btg_cutter *cutter, const btg_step *steps, size_t count,

@@ -98,6 +98,8 @@ static btg_status lay_out(btg_verify *v, btg_message *message) {
     f->y = info.box_min.y + 0.5 * min2(f->cell, high);
     f->top = info.box_max.z + v->def.stock_mm;
     f->bottom = info.box_min.z;
+    f->tiles.width = (f->width + BTG_TILE - 1) / BTG_TILE;
+    f->tiles.height = (f->height + BTG_TILE - 1) / BTG_TILE;
     v->bands = (f->height + BTG_BAND_ROWS - 1) / BTG_BAND_ROWS;
     return BTG_OK;
 }
@@ -105,6 +107,12 @@ static btg_status lay_out(btg_verify *v, btg_message *message) {
 static btg_status allocate(btg_verify *v) {
     const btg_allocator *a = &v->def.allocator;
     size_t cells = (size_t)v->field.width * v->field.height;
+    btg_tiles *t = &v->field.tiles;
+    size_t tiles = (size_t)t->width * t->height;
+    t->z = btg_allocate(a, tiles, sizeof *t->z);
+    t->along_x = btg_allocate(a, tiles, sizeof *t->along_x);
+    t->along_y = btg_allocate(a, tiles, sizeof *t->along_y);
+    t->stale = btg_allocate(a, tiles, sizeof *t->stale);
     v->workspace_size = (btg_workspace_size(v->part) + 63) / 64 * 64;
     v->field.part_z = btg_allocate(a, cells, sizeof *v->field.part_z);
     v->field.stock_z = btg_allocate(a, cells, sizeof *v->field.stock_z);
@@ -115,8 +123,10 @@ static btg_status allocate(btg_verify *v) {
     v->proofs = btg_allocate(a, BTG_STEPS_MAX, sizeof *v->proofs);
     v->workspaces = btg_allocate(a, v->threads, v->workspace_size);
     if (!v->field.part_z || !v->field.stock_z || !v->field.normal_z || !v->band || !v->steps ||
-        !v->is_pose || !v->proofs || !v->workspaces)
+        !v->is_pose || !v->proofs || !v->workspaces || !t->z || !t->along_x || !t->along_y ||
+        !t->stale)
         return BTG_ERROR_MEMORY;
+    memset(t->stale, 1, tiles);
     for (size_t i = 0; i < cells; i++) {
         v->field.part_z[i] = -INFINITY;
         v->field.stock_z[i] = v->field.top;
@@ -171,8 +181,10 @@ btg_status btg_verify_create(const btg_verify_def *def, const btg_part *part, co
 void btg_verify_destroy(btg_verify *v) {
     if (!v) return;
     btg_allocator a = v->def.allocator;
-    void *memory[] = {v->field.part_z, v->field.stock_z, v->field.normal_z, v->band,
-                      v->steps,        v->is_pose,       v->proofs,         v->workspaces};
+    btg_tiles *t = &v->field.tiles;
+    void *memory[] = {v->field.part_z, v->field.stock_z, v->field.normal_z, v->band, v->steps,
+                      v->is_pose,      v->proofs,        v->workspaces,     t->z,    t->along_x,
+                      t->along_y,      t->stale};
     for (size_t i = 0; i < sizeof memory / sizeof *memory; i++)
         btg_release(&a, memory[i]);
     btg_release(&a, v);
