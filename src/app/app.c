@@ -1,5 +1,6 @@
 #define _GNU_SOURCE
 #include "app/app.h"
+#include "app/terminal.h"
 #include "core/part.h"
 
 #include <stdarg.h>
@@ -12,7 +13,12 @@ static void say(const char *option, const char *format, va_list arguments) {
     btg_message line;
     vsnprintf(text, sizeof text, format, arguments);
     btg_fail(&line, BTG_OK, "bitangent: %s%s%s", option ? option : "", option ? ": " : "", text);
-    fprintf(stderr, "%s\n", line.text);
+    /* The program's name stands out among other programs' lines. */
+    const char *rest = line.text + sizeof "bitangent:" - 1;
+    if (terminal_coloured(stderr))
+        fprintf(stderr, "\033[1;31mbitangent:\033[0m%s\n", rest);
+    else
+        fprintf(stderr, "%s\n", line.text);
 }
 
 int app_complain(int code, const char *format, ...) {

@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "app/app.h"
 #include "app/bench.h"
+#include "app/terminal.h"
 #include "app/bench_table.h"
 #include "core/part.h"
 #include "io/json.h"
@@ -314,7 +315,10 @@ int bench_report(const bench_options *o, const bench_rows *rows, btg_output *csv
     if (o->path.json) {
         write_json(&out, o, rows);
     } else if (!o->path.quiet) {
-        print_tables(out.file, o, rows);
+        terminal table;
+        terminal_open(&table, out.file);
+        print_tables(table.file, o, rows);
+        terminal_close(&table);
     }
     btg_status shown = status == BTG_OK ? btg_output_finish(&out, &message) : status;
     if (shown == BTG_OK) return APP_DONE;

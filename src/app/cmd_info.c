@@ -1,4 +1,5 @@
 #include "app/app.h"
+#include "app/terminal.h"
 #include "bitangent/backend.h"
 #include "io/json.h"
 
@@ -51,7 +52,10 @@ int app_info(int count, char **words) {
     if (json) {
         print_json(&out);
     } else {
-        print_table(stdout);
+        terminal table;
+        terminal_open(&table, stdout);
+        print_table(table.file);
+        terminal_close(&table);
     }
     if (btg_output_finish(&out, &message) == BTG_OK) return APP_DONE;
     return app_complain(APP_FAILED, "%s", message.text);

@@ -2,6 +2,7 @@
 #include "app/feet.h"
 #include "app/progress.h"
 #include "app/sink.h"
+#include "app/terminal.h"
 #include "app/solve.h"
 #include "core/vec.h"
 
@@ -160,7 +161,7 @@ static int solve(run *r) {
         next += n;
         if (seconds < CHUNK_TIME_S / 2 && chunk < CHUNK_MAX) chunk *= 2;
         if (seconds > CHUNK_TIME_S * 2 && chunk > CHUNK_MIN) chunk /= 2;
-        progress_show(&bar, next);
+        progress_show(&bar, next, next);
     }
     progress_end(&bar);
     return code;
@@ -178,7 +179,10 @@ static int report(run *r) {
         btg_json_close(&json, '}');
         btg_output_text(&out, "\n");
     } else if (!o->quiet) {
-        summary_print(&r->summary, out.file);
+        terminal table;
+        terminal_open(&table, out.file);
+        summary_print(&r->summary, table.file);
+        terminal_close(&table);
     }
     btg_status status = btg_output_finish(&out, &r->message);
     if (status == BTG_OK) return APP_DONE;

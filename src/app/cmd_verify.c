@@ -1,6 +1,7 @@
 /* `bitangent verify`: reads a path back, has it cut into a stock, and says what is left. */
 #include "app/app.h"
 #include "app/progress.h"
+#include "app/terminal.h"
 #include "app/verify.h"
 #include "core/part.h"
 #include "io/machine.h"
@@ -12,7 +13,7 @@
 #include <sys/stat.h>
 
 /* Positions between two looks at the clock. */
-#define LOOK_EVERY 1024
+#define LOOK_EVERY 16
 /* Share of --sweep-error by which a program's poses may tell the machine's motion wrong. */
 #define POSE_SHARE 0.25
 
@@ -117,7 +118,7 @@ static int cut(run *r) {
         if (status < 0)
             btg_fail(&r->message, status, "%.256s:%llu: the pose is unusable; give a tool path",
                      r->options.track, (unsigned long long)pose.line);
-        if (i % LOOK_EVERY == 0) progress_show(&bar, (size_t)ftell(r->track.file));
+        if (i % LOOK_EVERY == 0) progress_show(&bar, (size_t)ftell(r->track.file), i);
     }
     progress_end(&bar);
     if (status < 0) return refuse(r, status);
@@ -158,10 +159,14 @@ static int finish(run *r) {
     v->track = &r->track;
     v->ok = verify_ok(v);
     btg_output out = btg_output_borrow(r->standard ? stderr : stdout);
-    if (o->path.json)
+    if (o->path.json) {
         verify_json(v, &out);
-    else if (!o->path.quiet)
-        verify_print(v, out.file);
+    } else if (!o->path.quiet) {
+        terminal table;
+        terminal_open(&table, out.file);
+        verify_print(v, table.file);
+        terminal_close(&table);
+    }
     if (btg_output_finish(&out, &r->message) != BTG_OK)
         return app_complain(APP_FAILED, "%s", r->message.text);
     return v->ok ? APP_DONE : APP_FAILED;

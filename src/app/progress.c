@@ -16,26 +16,36 @@ progress progress_begin(size_t total, bool quiet) {
     return p;
 }
 
-static void draw(size_t done, size_t total, double seconds) {
-    char bar[BAR_WIDTH + 1];
-    double share = (double)done / (double)total;
-    double rate = (double)done / seconds;
-    double left = rate > 0 ? (double)(total - done) / rate : 0;
+/* As 12 s, 3:05 or 1:02:03. */
+static void duration(double seconds, char *text, size_t size) {
+    unsigned long whole = seconds < 1e8 ? (unsigned long)(seconds + 0.5) : 100000000ul;
+    if (whole < 60)
+        snprintf(text, size, "%lu s", whole);
+    else if (whole < 3600)
+        snprintf(text, size, "%lu:%02lu", whole / 60, whole % 60);
+    else
+        snprintf(text, size, "%lu:%02lu:%02lu", whole / 3600, whole / 60 % 60, whole % 60);
+}
+
+static void draw(double share, double positions, double seconds) {
+    char bar[BAR_WIDTH + 1], left[32];
     for (int i = 0; i < BAR_WIDTH; i++)
         bar[i] = i < share * BAR_WIDTH ? '#' : '.';
     bar[BAR_WIDTH] = '\0';
-    fprintf(stderr, "\r[%s] %3.0f %%  %.0f positions/s  %.0f s left \033[K", bar, 100 * share, rate,
-            left);
+    duration(share > 0 ? seconds * (1 - share) / share : 1e9, left, sizeof left);
+    fprintf(stderr, "\r[%s] %3.0f %%  %.0f positions/s  %s left\033[K", bar, 100 * share,
+            positions / seconds, left);
     fflush(stderr);
 }
 
-void progress_show(progress *p, size_t done) {
+void progress_show(progress *p, size_t done, size_t positions) {
     if (!p->shown) return;
     double now = app_seconds();
     if (now - p->begin < PATIENCE_S || now - p->last < PERIOD_S) return;
     p->last = now;
     p->drawn = true;
-    draw(done, p->total, now - p->begin);
+    double share = (double)done / (double)p->total;
+    draw(share < 1 ? share : 1, (double)positions, now - p->begin);
 }
 
 void progress_end(progress *p) {

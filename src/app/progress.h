@@ -13,7 +13,8 @@ typedef struct progress {
 } progress;
 
 progress progress_begin(size_t total, bool quiet);
-void progress_show(progress *p, size_t done);
+/* `done` of the total, whatever it counts, which is `positions` positions. */
+void progress_show(progress *p, size_t done, size_t positions);
 /* Takes the line away. */
 void progress_end(progress *p);
 

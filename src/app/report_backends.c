@@ -9,7 +9,7 @@
 
 #define SAMPLE_MAX 512
 #define SAMPLE_MIN 8
-#define SECONDS    0.5 /* that one back end may take, about */
+#define SECONDS    0.25 /* that one back end may take, about */
 
 typedef struct trial {
     size_t count; /* of positions */

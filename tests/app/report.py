@@ -371,13 +371,13 @@ class Shown(program.Case):
 
     def test_themes(self):
         self.open()
-        light = self.colours("body")["light"]
+        light = self.colours(".view aside")["light"]
         self.press("theme")
-        dark = self.colours("body")["light"]
+        dark = self.colours(".view aside")["light"]
         self.assertGreater(light, 0.75)
         self.assertLess(dark, 0.35)
         self.open(dark=True)
-        self.assertLess(self.colours("body")["light"], 0.35)
+        self.assertLess(self.colours(".view aside")["light"], 0.35)
 
     def test_contrast(self):
         """WCAG AA: 4.5 for text, 3 for marks and borders of controls."""
