@@ -49,9 +49,27 @@ static const float third_scale[3][4] = {{0.125f, 0.125f, 0.125f, 0.125f},
                                         {1.0f / 64, 1.0f / 16, 0.25f, 1},
                                         {1, 0.25f, 1.0f / 16, 1.0f / 64}};
 
-static double third_error(const float third[4]) {
-    double sum = (double)third[0] + 3 * ((double)third[1] + (double)third[2]) + (double)third[3];
-    return sum * ((1 + 1e-12) / 6);
+/* Bounds of the four pieces' third derivatives, in units of their half sides. */
+typedef struct thirds {
+    lanes uuu, uuv, uvv, vvv;
+} thirds;
+
+static ALWAYS_INLINE lanes widened(const float from[4]) {
+    double wide[4];
+    for (int k = 0; k < 4; k++)
+        wide[k] = (double)from[k];
+    return lanes_load(wide);
+}
+
+static ALWAYS_INLINE thirds thirds_of(const btg_part *part, const btg_piece *piece) {
+    if (piece->quarters) {
+        const btg_quarters *q = &part->quarters[piece->quarters];
+        return (thirds){widened(q->third[0]), widened(q->third[1]), widened(q->third[2]),
+                        widened(q->third[3])};
+    }
+    const float *scale = third_scale[piece->cut], *t = piece->third;
+    return (thirds){lanes_all((double)(scale[0] * t[0])), lanes_all((double)(scale[1] * t[1])),
+                    lanes_all((double)(scale[2] * t[2])), lanes_all((double)(scale[3] * t[3]))};
 }
 
 /* Parameters of the quarters. */
@@ -67,24 +85,6 @@ static void place_quarters(const btg_piece *piece, btg_block *block) {
     lanes_store(block->v, v);
     block->hu = half[piece->cut][0] * piece->hu;
     block->hv = half[piece->cut][1] * piece->hv;
-}
-
-/* Their third-order errors. */
-static lanes third_errors(const btg_part *part, const btg_piece *piece) {
-    float third[4];
-    double error[4];
-    if (!piece->quarters) {
-        for (int i = 0; i < 4; i++)
-            third[i] = third_scale[piece->cut][i] * piece->third[i];
-        return lanes_all(third_error(third));
-    }
-    const btg_quarters *stored = &part->quarters[piece->quarters];
-    for (int k = 0; k < 4; k++) {
-        for (int i = 0; i < 4; i++)
-            third[i] = stored->third[i][k];
-        error[k] = third_error(third);
-    }
-    return lanes_load(error);
 }
 
 static ALWAYS_INLINE lanes length(lanes3 a) {
@@ -122,14 +122,7 @@ void btg_block_quarter(const btg_part *part, const btg_block *block, int k, btg_
         for (int i = 0; i < 4; i++)
             piece->third[i] = third_scale[whole->cut][i] * whole->third[i];
     }
-    if (piece->quarters) return;
-    double u = vec_norm(btg_block_vector(&block->at.su, k));
-    double v = vec_norm(btg_block_vector(&block->at.sv, k));
-    u += 0.5 * vec_norm(btg_block_vector(&block->at.suu, k));
-    v += 0.5 * vec_norm(btg_block_vector(&block->at.svv, k));
-    u += (double)piece->third[0] / 6 + 0.5 * (double)piece->third[1];
-    v += (double)piece->third[3] / 6 + 0.5 * (double)piece->third[2];
-    piece->cut = cut_of(u, v);
+    if (!piece->quarters) piece->cut = cut_of(block->side_u[k], block->side_v[k]);
 }
 
 static ALWAYS_INLINE lanes3 scale(lanes3_memory *v, lanes by) {
@@ -149,11 +142,19 @@ void btg_block_make(const btg_part *part, const btg_piece *piece, btg_block *blo
     lanes vv = length(scale(&block->at.svv, lanes_mul(hv, hv)));
     lanes3 a = scale(&block->at.su, hu), b = scale(&block->at.sv, hv);
     lanes over = lanes_all(1 + 1e-12), half = lanes_all(0.5);
-    lanes error = lanes_add(third_errors(part, piece), lanes_all(patch->rounding));
+    thirds t = thirds_of(part, piece);
+    lanes sixth = lanes_all((1 + 1e-12) / 6);
+    lanes third_u = lanes_mad(t.uuu, lanes_all(3), t.uuv);
+    lanes third_v = lanes_mad(t.vvv, lanes_all(3), t.uvv);
+    third_u = lanes_mul(third_u, sixth);
+    third_v = lanes_mul(third_v, sixth);
+    lanes error = lanes_add(lanes_add(third_u, third_v), lanes_all(patch->rounding));
     lanes bend = lanes_mad(error, half, lanes_add(uu, vv));
     bend = lanes_mul(lanes_add(bend, uv), over);
     lanes aa = lanes3_dot(a, a), bb = lanes3_dot(b, b), ab = lanes_abs(lanes3_dot(a, b));
     lanes diagonal = lanes_sqrt(lanes_add(lanes_add(aa, bb), lanes_add(ab, ab)));
+    lanes_store(block->side_u, lanes_mad(lanes_add(lanes_sqrt(aa), third_u), half, uu));
+    lanes_store(block->side_v, lanes_mad(lanes_add(lanes_sqrt(bb), third_v), half, vv));
     lanes_store(block->error, error);
     lanes_store(block->bend, bend);
     lanes_store(block->radius, lanes_mad(bend, diagonal, over));

@@ -21,6 +21,7 @@ typedef struct btg_block {
     btg_surface_four at;                 /* in units of half sides */
     double error[4], bend[4], radius[4]; /* radius of a ball about s that holds it */
     double u[4], v[4], hu, hv;
+    double side_u[4], side_v[4]; /* half lengths along u and v, bends and errors included */
     btg_piece whole;
 } btg_block;
 
