@@ -317,7 +317,8 @@ static btg_status solve_searches(btg_backend *b, const double *foot, size_t coun
         btg_status status = b->table->tilt(b->state, b->tilt_queries, tilts, b->tilt_results);
         if (status < 0) return status;
         for (size_t k = 0; k < tilts; k++)
-            btg_spin_take(&b->searches[b->tilt_owner[k]], &b->tilt_queries[k], &b->tilt_results[k]);
+            btg_spin_take(&b->searches[b->tilt_owner[k]], &b->tilt_queries[k], &b->tilt_results[k],
+                          false);
     }
     for (size_t i = 0; i < count; i++) {
         if (!b->searched[i]) {

@@ -215,10 +215,13 @@ static btg_status search_spin(const btg_part *part, const btg_tool *tool,
     if (follows) search->has_q = true, search->q = neighbour->q.place;
     while (btg_spin_next(search, frame)) {
         btg_tilt_result tilt = {0};
-        btg_status status = btg_tilt(part, tool, solver, frame, workspace, offset, &tilt);
+        bool guess = search->may_guess;
+        btg_status status = guess
+                                ? btg_tilt_near(part, tool, solver, frame, workspace, offset, &tilt)
+                                : btg_tilt(part, tool, solver, frame, workspace, offset, &tilt);
         if (status < 0 && status != BTG_ERROR_GOUGE) return status;
         if (status < 0) tilt.status = status;
-        btg_spin_take(search, frame, &tilt);
+        btg_spin_take(search, frame, &tilt, guess);
     }
     return btg_spin_finish(search, query->origin.x, query->origin.y, query, drop, position);
 }

@@ -142,10 +142,19 @@ static btg_status tilt(const btg_part *part, const btg_tool *tool, const btg_sol
     return end_tilt(search, solver, query, result);
 }
 
+/* As tilt, but nothing is proven: bound_mm is infinite. */
+static btg_status tilt_near(const btg_part *part, const btg_tool *tool,
+                            const btg_solver_def *solver, const btg_tilt_query *query,
+                            void *workspace, btg_tilt_result *result) {
+    btg_search *search = begin_tilt(part, tool, solver, query, workspace);
+    btg_search_run_near(search);
+    return end_tilt(search, solver, query, result);
+}
+
 /* Each build of the run phase has one of these (variant.h). */
 #ifndef BTG_RUN_THIS
 #define BTG_RUN_THIS     btg_run_baseline
 #define BTG_VARIANT_NAME "baseline"
 #endif
 
-const btg_run BTG_RUN_THIS = {BTG_VARIANT_NAME, drop, tilt};
+const btg_run BTG_RUN_THIS = {BTG_VARIANT_NAME, drop, tilt, tilt_near};

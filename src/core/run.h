@@ -22,6 +22,10 @@ typedef struct btg_run {
                        const btg_drop_query *query, void *workspace, btg_drop_result *result);
     btg_status (*tilt)(const btg_part *part, const btg_tool *tool, const btg_solver_def *solver,
                        const btg_tilt_query *query, void *workspace, btg_tilt_result *result);
+    /* From query->start uphill and no further: not proven, bound_mm infinite. */
+    btg_status (*tilt_near)(const btg_part *part, const btg_tool *tool,
+                            const btg_solver_def *solver, const btg_tilt_query *query,
+                            void *workspace, btg_tilt_result *result);
 } btg_run;
 
 extern const btg_run btg_run_baseline; /* for any processor of the kind */

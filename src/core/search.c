@@ -351,6 +351,24 @@ static void look_at(btg_search *search, const btg_entry *entry) {
     }
 }
 
+/* The best may have come from a polish that ran out of steps in a flat valley. */
+static void finish(btg_search *search) {
+    for (int i = 0; i < FINISHES && search->found && !search->osculating && !search->settled; i++) {
+        double before = search->value;
+        btg_search_polish(search, search->place);
+        if (search->value == before) break;
+    }
+}
+
+void btg_search_run_near(btg_search *search) {
+    search->at = btg_ray_place(&search->query, search->value);
+    search->basin_stale = true;
+    search->deepest = INFINITY;
+    btg_search_near_p(search);
+    btg_search_polish(search, search->start);
+    finish(search);
+}
+
 /* DROP: a value that places the tool below all of the part. */
 static double below_all(const btg_search *search) {
     const btg_tool_element *e = &search->query.tool->element[0];
@@ -376,10 +394,5 @@ void btg_search_run(btg_search *search) {
         look_at(search, &search->stack[--search->top]);
     }
     if (tilt) btg_search_climb_ridges(search);
-    /* The best may have come from a polish that ran out of steps in a flat valley. */
-    for (int i = 0; i < FINISHES && search->found && !search->osculating && !search->settled; i++) {
-        double before = search->value;
-        btg_search_polish(search, search->place);
-        if (search->value == before) break;
-    }
+    finish(search);
 }

@@ -86,6 +86,10 @@ size_t btg_search_stack_size(const btg_part *part);
  * DROP value -INFINITY, for TILT -max_tilt, with p_place. */
 void btg_search_run(btg_search *search);
 
+/* TILT: the top that is uphill from the start, or the limits at P, and no more: nothing is proven.
+ */
+void btg_search_run_near(btg_search *search);
+
 /* Follows the value uphill from a place to its local maximum and keeps it when it beats the best.
  * (polish.c) */
 void btg_search_polish(btg_search *search, btg_place from);

@@ -2,6 +2,7 @@
 #include "core/check.h"
 #include "core/run.h"
 #include "core/search.h"
+#include "core/spin.h"
 
 btg_solver_def btg_solver_def_default(void) {
     return (btg_solver_def){.version = 1,
@@ -56,4 +57,13 @@ btg_status btg_tilt(const btg_part *part, const btg_tool *tool, const btg_solver
         !btg_check_tilt(query, tool, &part->info))
         return BTG_ERROR_ARGUMENT;
     return btg_run_choose()->tilt(part, tool, solver, query, workspace, result);
+}
+
+btg_status btg_tilt_near(const btg_part *part, const btg_tool *tool, const btg_solver_def *solver,
+                         const btg_tilt_query *query, void *workspace, size_t workspace_size,
+                         btg_tilt_result *result) {
+    if (!fit(part, tool, solver, workspace, workspace_size) || !query || !result ||
+        !query->has_start || !btg_check_tilt(query, tool, &part->info))
+        return BTG_ERROR_ARGUMENT;
+    return btg_run_choose()->tilt_near(part, tool, solver, query, workspace, result);
 }

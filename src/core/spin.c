@@ -62,6 +62,9 @@
 /* A branch that has no strip of its own so near its place is none. */
 #define UNSEEN (8 * DEGREE)
 
+/* From the Q of a spin so near the way uphill leads to that of another, as a rule. */
+#define GUESS_WITHIN (25 * DEGREE)
+
 static double wrap(double angle) {
     angle = remainder(angle, 2 * BTG_PI);
     return angle;
@@ -134,7 +137,8 @@ static void judge_widest(const btg_spin_search *s, const btg_tilt_query *query,
 
 static btg_spin_sample judge(const btg_spin_search *s, const btg_tilt_query *query,
                              const btg_tilt_result *tilt) {
-    btg_spin_sample sample = {s->asked, NAN, NAN, NAN, NAN, NAN};
+    btg_spin_sample sample = {
+        .alpha = s->asked, .value = NAN, .heading = NAN, .half = NAN, .crest = NAN, .could = NAN};
     bool two = tilt->status == BTG_OK;
     btg_vec3 pq = vec_sub(tilt->contact.point, query->p.point);
     if (!two && tilt->status != BTG_OSCULATING) return sample;
@@ -455,6 +459,34 @@ static bool next_widest(btg_spin_search *s, double *alpha) {
     return uphill(s, WIDEST_SPIN, alpha);
 }
 
+/* ---- guesses ------------------------------------------------------------------------------ */
+
+/* The sample with a second contact nearest to a spin; NULL: none within `within`. */
+static const btg_spin_sample *nearest_q(const btg_spin_search *s, double alpha, double within) {
+    const btg_spin_sample *best = NULL;
+    for (uint32_t i = 0; i < s->count; i++) {
+        const btg_spin_sample *m = &s->sample[i];
+        if (!m->has_q || distance(m->alpha, alpha) > within) continue;
+        if (!best || distance(m->alpha, alpha) < distance(best->alpha, alpha)) best = m;
+    }
+    return best;
+}
+
+/* The sample at the very spin asked for. */
+static btg_spin_sample *asked_before(btg_spin_search *s) {
+    for (uint32_t i = 0; i < s->count; i++)
+        if (s->sample[i].alpha == s->asked) return &s->sample[i];
+    return NULL;
+}
+
+/* The best is a guess: to be asked in full. */
+static bool unproven(const btg_spin_search *s, double *alpha) {
+    const btg_spin_sample *best = best_of(s);
+    if (!best || !best->guessed) return false;
+    *alpha = best->alpha;
+    return true;
+}
+
 /* ---- the search --------------------------------------------------------------------------- */
 
 void btg_spin_begin(btg_spin_search *search, const btg_part *part, const btg_tool *tool,
@@ -465,8 +497,9 @@ void btg_spin_begin(btg_spin_search *search, const btg_part *part, const btg_too
                                 .unspun = *unspun,
                                 .local = isfinite(start),
                                 .start = isfinite(start) ? wrap(start) : 0,
-                                .best_score = -INFINITY};
-    search->best.status = BTG_ERROR_GOUGE;
+                                .best_score = -INFINITY,
+                                .proven_score = -INFINITY};
+    search->proven.status = BTG_ERROR_GOUGE;
 }
 
 static bool choose(btg_spin_search *s, double *alpha) {
@@ -488,49 +521,85 @@ static bool choose(btg_spin_search *s, double *alpha) {
 }
 
 bool btg_spin_next(btg_spin_search *search, btg_tilt_query *query) {
-    double alpha;
-    if (!choose(search, &alpha)) return false;
+    double alpha = search->asked;
+    bool again = search->redo;
+    if (!again && !choose(search, &alpha)) {
+        if (!unproven(search, &alpha)) return false;
+        again = true;
+    }
+    search->redo = false;
     search->asked = alpha;
     *query = search->unspun;
     btg_position_spin(alpha, query);
-    if (search->has_q) {
+    const btg_spin_sample *near = nearest_q(search, alpha, GUESS_WITHIN);
+    search->may_guess = near && !again && !search->misled;
+    if (near || search->has_q) {
         query->has_start = 1;
-        query->start = search->q;
+        query->start = near ? near->q : search->q;
     }
     return true;
 }
 
-void btg_spin_take(btg_spin_search *s, const btg_tilt_query *query, const btg_tilt_result *result) {
-    btg_spin_sample sample = judge(s, query, result);
-    s->sample[s->count++] = sample;
-    if (result->status == BTG_OK) {
-        s->q = result->contact.place;
-        s->has_q = true;
+/* Scores anew: a sample may have been put right. */
+static void find_best(btg_spin_search *s) {
+    const btg_spin_sample *best = best_of(s);
+    s->any = best != NULL;
+    s->best_score = best ? score(s, best->value) : -INFINITY;
+}
+
+/* One was wrong: the others are not to be trusted. */
+static void drop_guesses(btg_spin_search *s) {
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < s->count; i++)
+        if (!s->sample[i].guessed) s->sample[kept++] = s->sample[i];
+    s->count = kept;
+    s->misled = true;
+}
+
+void btg_spin_take(btg_spin_search *s, const btg_tilt_query *query, const btg_tilt_result *result,
+                   bool guessed) {
+    if (guessed && result->status != BTG_OK) {
+        s->redo = true;
+        return;
     }
+    btg_spin_sample sample = judge(s, query, result), *before = asked_before(s);
+    sample.has_q = result->status == BTG_OK;
+    sample.q = result->contact.place;
+    sample.guessed = guessed;
+    sample.tilt = result->tilt_rad;
+    if (before && fabs(before->tilt - sample.tilt) > SAME_SPIN) drop_guesses(s), before = NULL;
+    if (before)
+        *before = sample;
+    else
+        s->sample[s->count++] = sample;
+    find_best(s);
+    if (guessed) return;
     double here = score(s, sample.value);
-    bool better = here > s->best_score;
-    bool unspun = !s->any && isnan(here) && s->asked == 0 && result->status >= 0;
+    bool better = here > s->proven_score;
+    bool unspun =
+        s->proven_score == -INFINITY && isnan(here) && s->asked == 0 && result->status >= 0;
     if (!better && !unspun) return;
-    s->best_alpha = s->asked;
-    s->best = *result;
-    if (better) s->any = true, s->best_score = here;
+    s->proven_alpha = s->asked;
+    s->proven = *result;
+    if (better) s->proven_score = here;
 }
 
 btg_status btg_spin_finish(const btg_spin_search *s, double foot_x_mm, double foot_y_mm,
                            const btg_drop_query *drop_query, const btg_drop_result *drop,
                            btg_position *position) {
     btg_solver_def spun = *s->solver;
-    spun.spin = s->best_alpha != 0 ? BTG_SPIN_FIXED : BTG_SPIN_NONE;
-    spun.spin_rad = s->best_alpha;
+    spun.spin = s->proven_alpha != 0 ? BTG_SPIN_FIXED : BTG_SPIN_NONE;
+    spun.spin_rad = s->proven_alpha;
     btg_tilt_query frame = s->unspun;
-    btg_position_spin(s->best_alpha, &frame);
-    bool tilted = s->best.status >= 0;
+    btg_position_spin(s->proven_alpha, &frame);
+    bool tilted = s->proven.status >= 0;
     btg_status status =
         btg_position_assemble(s->tool, &spun, foot_x_mm, foot_y_mm, drop_query, drop,
-                              tilted ? &frame : NULL, tilted ? &s->best : NULL, position);
+                              tilted ? &frame : NULL, tilted ? &s->proven : NULL, position);
     if (status < 0) return status;
     bool widest = s->solver->spin == BTG_SPIN_WIDEST;
-    position->spin_met = s->any && (widest || -s->best_score <= limit(s));
+    bool any = s->proven_score > -INFINITY;
+    position->spin_met = any && (widest || -s->proven_score <= limit(s));
     return status;
 }
 

@@ -25,6 +25,10 @@ typedef struct btg_spin_sample {
     double half;    /* turn from the heading that should meet the aim; NaN: not known */
     double crest;   /* widest: greatest clearance between P and Q, a part of the scallop */
     double could;   /* widest: about the width there */
+    double tilt;    /* rad */
+    btg_place q;    /* of the second contact */
+    bool has_q;
+    bool guessed; /* by the way uphill from a neighbour's Q alone: a lower tilt may not be free */
 } btg_spin_sample;
 
 typedef struct btg_spin_search {
@@ -35,11 +39,15 @@ typedef struct btg_spin_search {
     double start, asked; /* spin to begin near; spin of the query out now */
     bool local;          /* begun from a neighbour's spin */
     uint32_t count, polishes;
-    bool met, any;
-    btg_place q; /* of the last second contact: the next is near */
+    bool any;       /* a sample has a score, the best of them is best_score */
+    bool may_guess; /* the query out now starts at the Q of a spin nearby */
+    bool redo;      /* that said nothing: the same query in full */
+    bool misled;    /* a guess was wrong: no more of them */
+    btg_place q;    /* near the first query's second contact, where has_q */
     bool has_q;
-    double best_alpha, best_score;
-    btg_tilt_result best;
+    double best_score;
+    double proven_alpha, proven_score; /* of those that are not guessed */
+    btg_tilt_result proven;
     btg_spin_sample sample[BTG_SPIN_TILTS_MAX];
 } btg_spin_search;
 
@@ -52,15 +60,21 @@ static inline bool btg_spin_searches(const btg_solver_def *solver) {
  * pointers are kept. */
 void btg_spin_begin(btg_spin_search *search, const btg_part *part, const btg_tool *tool,
                     const btg_solver_def *solver, const btg_tilt_query *unspun, double start);
-/* The next query to ask; false: the search is over. */
+/* The next query to ask; false: the search is over. Where search->may_guess is set, the answer may
+ * be that of tilt_near (run.h), `guessed`; the best is asked once more in full at the end. */
 bool btg_spin_next(btg_spin_search *search, btg_tilt_query *query);
 /* Its answer. */
 void btg_spin_take(btg_spin_search *search, const btg_tilt_query *query,
-                   const btg_tilt_result *result);
+                   const btg_tilt_result *result, bool guessed);
 /* The position of the best spin found; the status, or an error, as btg_position_assemble. */
 btg_status btg_spin_finish(const btg_spin_search *search, double foot_x_mm, double foot_y_mm,
                            const btg_drop_query *drop_query, const btg_drop_result *drop,
                            btg_position *position);
+
+/* As btg_tilt, but uphill from query->start alone: not proven, bound_mm infinite. (solver.c) */
+btg_status btg_tilt_near(const btg_part *part, const btg_tool *tool, const btg_solver_def *solver,
+                         const btg_tilt_query *query, void *workspace, size_t workspace_size,
+                         btg_tilt_result *result);
 
 /* ---- position.c --------------------------------------------------------------------------- */
 

@@ -49,6 +49,7 @@
 #define btg_search_polish              BTG_VARIANT_JOIN(btg_search_polish, BTG_VARIANT)
 #define btg_search_polish_rim          BTG_VARIANT_JOIN(btg_search_polish_rim, BTG_VARIANT)
 #define btg_search_run                 BTG_VARIANT_JOIN(btg_search_run, BTG_VARIANT)
+#define btg_search_run_near            BTG_VARIANT_JOIN(btg_search_run_near, BTG_VARIANT)
 #define btg_search_sheet_at_p          BTG_VARIANT_JOIN(btg_search_sheet_at_p, BTG_VARIANT)
 #define btg_search_stack_size          BTG_VARIANT_JOIN(btg_search_stack_size, BTG_VARIANT)
 #define btg_triangle_cut               BTG_VARIANT_JOIN(btg_triangle_cut, BTG_VARIANT)
