@@ -29,6 +29,7 @@ struct btg_backend {
     size_t *tilt_owner;        /* entry of the block that a tilt query belongs to */
     btg_spin_search *searches; /* one an entry, where the spin is searched for; else NULL */
     bool *searched;            /* the entry has a tilt, and so a search */
+    void *workspace;           /* for guesses; else NULL */
 };
 
 btg_backend_def btg_backend_def_default(void) {
@@ -133,6 +134,10 @@ static bool make_scratch(btg_backend *b) {
         b->searches = btg_allocate(a, b->block, sizeof *b->searches);
         b->searched = btg_allocate(a, b->block, sizeof *b->searched);
         if (!b->searches || !b->searched) return false;
+        if (b->table->guesses) {
+            b->workspace = btg_allocate(a, 1, btg_workspace_size(b->setup.part));
+            if (!b->workspace) return false;
+        }
     }
     return b->drop_queries && b->drop_results && b->tilt_queries && b->tilt_results &&
            b->tilt_owner;
@@ -192,6 +197,7 @@ void btg_backend_close(btg_backend *backend) {
     btg_release(&allocator, backend->tilt_owner);
     btg_release(&allocator, backend->searches);
     btg_release(&allocator, backend->searched);
+    btg_release(&allocator, backend->workspace);
     btg_release(&allocator, backend);
 }
 
@@ -302,6 +308,19 @@ static void begin_searches(btg_backend *b, size_t count) {
     }
 }
 
+/* The next tilt that a search asks of the back end; false: it is over. */
+static bool next_tilt(btg_backend *b, btg_spin_search *search, btg_tilt_query *query) {
+    const btg_backend_setup *s = &b->setup;
+    while (btg_spin_next(search, query)) {
+        if (!search->may_guess || !b->workspace) return true;
+        btg_tilt_result guess = {0};
+        guess.status = btg_tilt_near(s->part, &s->tool, &s->solver, query, b->workspace,
+                                     btg_workspace_size(s->part), &guess);
+        btg_spin_take(search, query, &guess, true);
+    }
+    return false;
+}
+
 /* Rounds of batches: in each, every search that goes on asks one tilt. */
 static btg_status solve_searches(btg_backend *b, const double *foot, size_t count,
                                  btg_position *positions) {
@@ -309,7 +328,7 @@ static btg_status solve_searches(btg_backend *b, const double *foot, size_t coun
     for (;;) {
         size_t tilts = 0;
         for (size_t i = 0; i < count; i++) {
-            if (!b->searched[i] || !btg_spin_next(&b->searches[i], &b->tilt_queries[tilts]))
+            if (!b->searched[i] || !next_tilt(b, &b->searches[i], &b->tilt_queries[tilts]))
                 continue;
             b->tilt_owner[tilts++] = i;
         }

@@ -56,6 +56,8 @@ typedef struct btg_backend_table {
     void (*times)(void *state, btg_backend_times *times);
     /* Optional: positions a batch the device likes best; 0: BTG_BACKEND_BLOCK. */
     size_t block;
+    /* Optional: where a spin is searched for, the core may guess between tilts (core/spin.h). */
+    bool guesses;
 } btg_backend_table;
 
 #define BTG_BACKEND_BLOCK 4096

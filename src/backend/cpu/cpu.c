@@ -30,5 +30,6 @@ const btg_backend_table btg_backend_cpu = {
     .close = btg_host_close,
     .drop = btg_host_drop,
     .tilt = btg_host_tilt,
+    .guesses = true,
     .threads = btg_host_threads,
 };
