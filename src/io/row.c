@@ -1,6 +1,8 @@
 #include "io/row.h"
 #include "core/vec.h"
 
+#include <string.h>
+
 const char *const btg_row_names[BTG_ROW_VALUES] = {
     "foot_x", "foot_y", "tip_x", "tip_y", "tip_z",  "axis_x",   "axis_y",   "axis_z",
     "p_x",    "p_y",    "p_z",   "np_x",  "np_y",   "np_z",     "q_x",      "q_y",
@@ -33,4 +35,34 @@ void btg_row_values(const btg_row *row, double values[BTG_ROW_VALUES]) {
     if (!row->lift) return;
     for (int i = 8; i < BTG_ROW_VALUES; i++)
         values[i] = NAN;
+}
+
+static bool read_status(btg_row *row, const char *word) {
+    row->lift = strcmp(word, "lift") == 0;
+    row->position.status = BTG_OK;
+    if (row->lift) return true;
+    for (int i = BTG_OK; i <= BTG_BUDGET; i++) {
+        row->position.status = (btg_status)i;
+        if (strcmp(word, btg_status_name(row->position.status)) == 0) return true;
+    }
+    return false;
+}
+
+bool btg_row_read(btg_row *row, const char *status, const double values[BTG_ROW_VALUES]) {
+    btg_position *p = &row->position;
+    btg_vec3 *const direction[6] = {&p->tip,      &p->axis,    &p->p.point,
+                                    &p->p.normal, &p->q.point, &p->q.normal};
+    const double radians = BTG_PI / 180;
+    int n = 0;
+    *p = (btg_position){.bound_mm = NAN};
+    if (!read_status(row, status)) return false;
+    p->foot_x_mm = values[n++];
+    p->foot_y_mm = values[n++];
+    for (int i = 0; i < 6; i++, n += 3)
+        *direction[i] = vec(values[n], values[n + 1], values[n + 2]);
+    p->drop_z_mm = values[n++];
+    p->tilt_rad = values[n++] * radians;
+    p->spin_rad = values[n++] * radians;
+    p->inclination_rad = values[n++] * radians;
+    return true;
 }

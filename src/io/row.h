@@ -20,5 +20,8 @@ extern const char *const btg_row_names[BTG_ROW_VALUES];
 const char *btg_row_status(const btg_row *row);
 /* In the order of btg_row_names; millimetres and degrees; NaN where a value does not exist. */
 void btg_row_values(const btg_row *row, double values[BTG_ROW_VALUES]);
+/* The other way: what a line's status and values say. Places on the part are not told; bound_mm is
+ * NaN. False: no such status. */
+bool btg_row_read(btg_row *row, const char *status, const double values[BTG_ROW_VALUES]);
 
 #endif

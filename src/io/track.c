@@ -93,6 +93,13 @@ static btg_status place(const btg_track *t, btg_vec3 tip, btg_vec3 axis, btg_ver
 
 /* ---- CSV ---------------------------------------------------------------------------------- */
 
+/* The column is one of the names'. */
+static void find_name(const char *const *names, int count, const char *text, size_t size,
+                      int column, int *columns) {
+    for (int i = 0; i < count; i++)
+        if (strlen(names[i]) == size && strncmp(text, names[i], size) == 0) columns[i] = column;
+}
+
 static btg_status csv_header(btg_track *t, btg_message *message) {
     size_t size;
     bool ended;
@@ -100,13 +107,14 @@ static btg_status csv_header(btg_track *t, btg_message *message) {
     if (status < 0) return status;
     for (int i = 0; i < 9; i++)
         t->column[i] = -1;
+    for (int i = 0; i < BTG_ROW_VALUES; i++)
+        t->value_column[i] = -1;
     const char *s = t->text;
     if (strncmp(s, BYTE_ORDER_MARK, 3) == 0) s += 3;
     for (t->columns = 0; t->columns < COLUMNS_MAX; t->columns++) {
         size_t n = strcspn(s, ",");
-        for (int i = 0; i < 9; i++)
-            if (strlen(csv_column[i]) == n && strncmp(s, csv_column[i], n) == 0)
-                t->column[i] = t->columns;
+        find_name(csv_column, 9, s, n, t->columns, t->column);
+        find_name(btg_row_names, BTG_ROW_VALUES, s, n, t->columns, t->value_column);
         if (s[n] == '\0') break;
         s += n + 1;
     }
@@ -116,7 +124,32 @@ static btg_status csv_header(btg_track *t, btg_message *message) {
             return fail(t, message,
                         "no columns tip_x ... axis_z in the first line; give a path written by "
                         "'bitangent path -o path.csv'");
+    t->told = t->def.rows && t->column[0] >= 0 && t->column[1] >= 0 && t->column[2] >= 0;
+    for (int i = 0; i < BTG_ROW_VALUES; i++)
+        t->told = t->told && t->value_column[i] >= 0;
     return BTG_OK;
+}
+
+/* All that the line says into t->row. */
+static btg_status csv_tell(btg_track *t, const btg_verify_pose *pose, btg_message *message) {
+    double value[BTG_ROW_VALUES];
+    char status[32] = "";
+    const char *s = t->text;
+    for (int column = 0;; column++) {
+        size_t n = strcspn(s, ",");
+        if (column == t->column[2] && n < sizeof status) {
+            memcpy(status, s, n);
+            status[n] = '\0';
+        }
+        for (int i = 0; i < BTG_ROW_VALUES; i++)
+            if (t->value_column[i] == column && !number(s, n, true, &value[i]))
+                return fail(t, message, "not a number; give a path as written");
+        if (s[n] == '\0') break;
+        s += n + 1;
+    }
+    t->row = (btg_row){.pass = pose->pass, .point = pose->point};
+    if (btg_row_read(&t->row, status, value)) return BTG_OK;
+    return fail(t, message, "unknown status; give a path as written");
 }
 
 /* Counts the points left out since the row before, by numbers that skip; a pass that is not there
@@ -179,6 +212,7 @@ static btg_status csv_next(btg_track *t, btg_verify_pose *pose, bool *ended, btg
         if (status < 0 || *ended) return status;
         if (size == 0) continue;
         status = csv_row(t, pose, &contact, message);
+        if (status == BTG_OK && contact && t->told) status = csv_tell(t, pose, message);
         if (status < 0) return status;
     }
     return BTG_OK;

@@ -3,6 +3,7 @@
 #define BTG_IO_TRACK_H
 
 #include "bitangent/verify.h"
+#include "io/row.h"
 #include "post/read.h"
 
 #include <stdbool.h>
@@ -15,6 +16,7 @@ typedef enum btg_track_kind { BTG_TRACK_CSV, BTG_TRACK_APT, BTG_TRACK_PROGRAM } 
 /* What is to be known before a path is opened. */
 typedef struct btg_track_def {
     bool link_all;              /* CSV: the tool also moves from pass to pass */
+    bool rows;                  /* CSV: `row` is to tell all that the last line says */
     const btg_machine *machine; /* programs are for; NULL: none is expected */
     double error_mm; /* of a program's motion, as told by poses; of points up to reach_mm from the
                         tip */
@@ -34,6 +36,9 @@ typedef struct btg_track {
     uint32_t last_pass, last_point;
     uint64_t missing; /* point numbers left out so far; of a program: moves, when it has ended */
     uint32_t missing_pass, missing_point; /* CSV: the first of them */
+    int value_column[BTG_ROW_VALUES];
+    bool told; /* with def.rows, and every column there: */
+    btg_row row;
     /* APT */
     bool cutter; /* the file says which: */
     double major_radius_mm, minor_radius_mm;

@@ -20,6 +20,8 @@ namespace view {
 static constexpr std::size_t chunk = 256;
 /* What a path read back may stand off the part, and still touch it. */
 static constexpr double touch_mm = 0.01;
+/* Nodes a search for a contact visits at most: where it is not found soon there is none to see. */
+static constexpr std::uint32_t touch_nodes = 5000;
 /* Cells along the longer side of the field: as fine as a screen shows. */
 static constexpr double field_cells = 900;
 
@@ -50,6 +52,8 @@ static btg_status too_long(btg_message *message, const char *file) {
 static btg_status read_rows(btg_track *track, const subject &s, const path_options &options,
                             work *w, tour *t, btg_message *message) {
     std::vector<char> workspace(btg_workspace_size(s.part));
+    btg_solver_def solver = options.solver;
+    solver.node_budget = std::min(solver.node_budget, touch_nodes);
     for (bool ended = false; !w->stop;) {
         btg_verify_pose pose;
         btg_status status = btg_track_next(track, &pose, &ended, message);
@@ -57,8 +61,8 @@ static btg_status read_rows(btg_track *track, const subject &s, const path_optio
         if (t->rows.size() == positions_max) return too_long(message, track->path);
         btg_row row = {};
         row.pass = pose.pass, row.point = pose.point;
-        row.position = position_at(s.part, s.tool, options.solver, to_glm(pose.tip),
-                                   to_glm(pose.axis), touch_mm, workspace.data(), workspace.size());
+        row.position = position_at(s.part, s.tool, solver, to_glm(pose.tip), to_glm(pose.axis),
+                                   touch_mm, workspace.data(), workspace.size());
         t->rows.push_back(row);
         w->done++;
     }
@@ -73,6 +77,7 @@ struct open_track {
 
     btg_status open(const path_options &options, const char *file, btg_message *message) {
         btg_track_def def = {};
+        def.rows = true;
         if (options.machine) {
             btg_status status =
                 btg_machine_load(options.machine, options.tool_length_mm, &machine, message);

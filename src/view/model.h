@@ -62,7 +62,8 @@ std::shared_ptr<subject> load_subject(const path_options &options, const char *f
                                       btg_status *status, btg_message *message);
 /* Takes the cutter that a path's file names, if it does. */
 btg_status take_cutter(path_options *options, const char *file, btg_message *message);
-/* The path of a .csv, .cl or .ngc; contacts are found on the part anew. */
+/* The path of a .csv, .cl or .ngc; where it tells no contacts they are found on the
+ * part. */
 std::shared_ptr<tour> load_tour(const subject &s, const path_options &options, const char *file,
                                 work *w, btg_status *status, btg_message *message);
 /* The path that the options ask for. */

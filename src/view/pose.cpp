@@ -1,6 +1,7 @@
 #include "view/pose.h"
 
 #include <cmath>
+#include <utility>
 
 namespace view {
 
@@ -73,6 +74,11 @@ static void second_contact(const btg_part *part, const btg_tool &tool, const btg
     if (!(result.tilt_rad * reach <= tolerance_mm)) return;
     at->status = result.status;
     at->q = result.contact;
+    /* Dropped upright, the tool tilted about a level line at P. */
+    btg_position swapped = *at;
+    std::swap(swapped.p, swapped.q);
+    pose other = pose_of(tool, swapped);
+    if (other.framed && std::fabs(other.u.z) < std::fabs(s.u.z)) *at = swapped;
 }
 
 btg_position position_at(const btg_part *part, const btg_tool &tool, const btg_solver_def &solver,
@@ -93,11 +99,11 @@ btg_position position_at(const btg_part *part, const btg_tool &tool, const btg_s
     at.bound_mm = std::fmax(drop.height_mm, 0.0) + drop.bound_mm;
     if (std::fabs(drop.height_mm) > tolerance_mm) return at;
     at.p = drop.contact;
-    double cosine = glm::dot(axis, to_glm(at.p.normal));
-    at.inclination_rad = std::acos(std::fmax(-1.0, std::fmin(1.0, cosine)));
     at.tilt_rad = std::acos(std::fmax(-1.0, std::fmin(1.0, axis.z)));
     if (drop.element == 0)
         second_contact(part, tool, solver, tolerance_mm, workspace, workspace_size, &at);
+    double cosine = glm::dot(axis, to_glm(at.p.normal));
+    at.inclination_rad = std::acos(std::fmax(-1.0, std::fmin(1.0, cosine)));
     return at;
 }
 
