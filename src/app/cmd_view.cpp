@@ -1,6 +1,7 @@
 /* `bitangent view`: a window on a part and a path over it, or one picture of them. */
 #include "view/frame.h"
 #include "view/pose.h"
+#include "view/worker.h"
 
 extern "C" {
 #include "app/app.h"
@@ -8,19 +9,29 @@ extern "C" {
 #include "io/json.h"
 }
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 
 namespace {
 
-/* Where there is something to see: a tilt, and contacts that are apart. */
+/* How much there is to see: a tilt, and contacts that are apart. */
+double worth(const view::pose &at) {
+    return at.has_q ? (0.01 + at.tilt_rad) * glm::distance(at.p, at.q) : 0;
+}
+
+/* Of the positions with about as much to see as any, the one nearest the middle of the part. */
 std::size_t best_row(const view::subject &part, const view::tour &t) {
+    glm::dvec3 middle = 0.5 * (view::to_glm(part.info.box_min) + view::to_glm(part.info.box_max));
+    double most = 0, nearest = INFINITY;
     std::size_t best = 0;
-    double most = -1;
+    for (const btg_row &row : t.rows)
+        most = std::max(most, worth(view::pose_of(part.tool, row.position)));
     for (std::size_t i = 0; i < t.rows.size(); i++) {
         view::pose at = view::pose_of(part.tool, t.rows[i].position);
-        double worth = at.has_q ? (0.01 + at.tilt_rad) * glm::distance(at.p, at.q) : 0;
-        if (!at.placed || !(worth > most)) continue;
-        most = worth, best = i;
+        double away = glm::distance(at.tip, middle);
+        if (!at.placed || worth(at) < 0.6 * most || !(away < nearest)) continue;
+        nearest = away, best = i;
     }
     return best;
 }
@@ -42,7 +53,7 @@ int load(const view_options &o, view::state *s) {
         return app_complain(APP_UNUSABLE, "--position: the path has %zu positions, no %lu",
                             s->path->rows.size(), static_cast<unsigned long>(o.position));
     s->at = o.position > 0 ? o.position - 1 : best_row(*s->part, *s->path);
-    s->backend = s->path->backend;
+    s->method = o.path.method, s->backend = o.path.backend;
     return APP_DONE;
 }
 
@@ -100,8 +111,10 @@ int screenshot(const view_options &o, view::state *s) {
     view::picture picture;
     view::frame_facts facts;
     btg_message message;
+    view::worker worker;
     for (int i = 0; i < o.key_count; i++)
         press(s, o.keys[i]);
+    if (!worker_finish(&worker, s, o.path)) return app_complain(APP_FAILED, "%s", s->note.c_str());
     btg_status status = render_picture(s, o.width, o.height, &picture, &facts, &message);
     if (status == BTG_OK) status = save_picture(picture, o.screenshot, &message);
     if (status != BTG_OK) return app_complain(APP_FAILED, "%s", message.text);

@@ -6,13 +6,19 @@ extern "C" {
 #include "io/image.h"
 }
 
+#include <imgui.h>
+
 namespace view {
 
-bool draw_frame(scene *s, state *st, int width, int height, frame_facts *facts, std::string *why) {
+bool draw_frame(scene *s, panel *p, state *st, int width, int height, frame_facts *facts,
+                std::string *why) {
     st->aspect = double(width) / height;
     if (!canvas_begin(s->on, width, height, why) || !scene_update(s, *st, why)) return false;
     scene_draw(s, *st);
     canvas_flatten(s->on);
+    panel_say(st, *s, width, height);
+    ImGui::Render();
+    panel_draw(p, width, height);
     const btg_row *row = current(*st);
     pose at = row ? pose_of(st->part->tool, row->position) : pose();
     glm::dvec2 size(width, height);
@@ -28,8 +34,16 @@ static btg_status render(const btg_gl *gl, state *st, int width, int height, pic
     scene s;
     std::string why;
     s.on = &c;
-    bool drawn = canvas_open(&c, gl, &why) && draw_frame(&s, st, width, height, facts, &why);
+    panel p;
+    bool drawn = canvas_open(&c, gl, &why) && panel_open(&p, gl, &why);
+    /* Windows know their size from the frame before. */
+    for (int i = 0; i < 3 && drawn; i++) {
+        ImGui::GetIO().DisplaySize = {static_cast<float>(width), static_cast<float>(height)};
+        ImGui::NewFrame();
+        drawn = draw_frame(&s, &p, st, width, height, facts, &why);
+    }
     if (drawn) *out = canvas_read(&c);
+    panel_close(&p);
     scene_free(&s);
     canvas_close(&c);
     if (drawn) return BTG_OK;

@@ -2,7 +2,7 @@
 #ifndef BTG_VIEW_FRAME_H
 #define BTG_VIEW_FRAME_H
 
-#include "view/scene.h"
+#include "view/panel.h"
 
 namespace view {
 
@@ -12,8 +12,10 @@ struct frame_facts {
     std::size_t frames = 0;
 };
 
-/* Draws part, tool, path and panel into the target of `s`; afterwards canvas_read has it. */
-bool draw_frame(scene *s, state *st, int width, int height, frame_facts *facts, std::string *why);
+/* Draws part, tool, path and, between ImGui::NewFrame and here, the panel into the target of `s`;
+ * afterwards canvas_read has it. */
+bool draw_frame(scene *s, panel *p, state *st, int width, int height, frame_facts *facts,
+                std::string *why);
 
 /* Off screen, by OSMesa or EGL. */
 btg_status render_picture(state *st, int width, int height, picture *out, frame_facts *facts,

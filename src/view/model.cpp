@@ -166,7 +166,7 @@ std::shared_ptr<tour> solve_tour(const subject &s, const path_options &options, 
     btg_method *method = nullptr;
     *status = solve_open(&options, s.part, &s.tool, &method, message);
     if (*status != BTG_OK) return nullptr;
-    t->method = options.method;
+    t->method = options.method, t->backend_asked = options.backend;
     t->backend = btg_method_backend_name(method);
     *status = solve_rows(btg_method_front(method), xy, w, t.get(), message);
     btg_method_close(method);

@@ -45,6 +45,7 @@ struct subject {
 struct tour {
     std::string file;            /* it was read from; empty: computed here */
     std::string method, backend; /* that computed it */
+    std::string backend_asked;   /* "auto", say */
     std::vector<btg_row> rows;
     double seconds = 0; /* solving */
 };

@@ -16,7 +16,7 @@ static constexpr std::size_t triangles_max = 20000000;
 static constexpr double line_px = 2.0, mark_px = 7.5, thin_px = 1.3;
 /* A mark is drawn a little nearer than it is, so that the surfaces that touch there leave it whole.
  */
-static constexpr float see_through = 0.55f;
+static constexpr float see_through = 0.75f;
 
 /* ---- the part ----------------------------------------------------------------------------- */
 
@@ -250,15 +250,16 @@ static void draw_ray(scene *s, const pen &p, const pose &at) {
 }
 
 /* The axis as dropped, as tilted, and the angle between. */
-static void draw_lean(scene *s, const pen &p, const pose &at, double height) {
+static void draw_lean(scene *s, const pen &p, const pose &at, double reach) {
     if (!at.placed) return;
     mesh after, before, angle;
-    rod(p, &after, {at.tip, at.centre + height * at.axis}, thin_px);
+    double height = btg_scene_tool_mm(&s->part->tool) + 0.6 * reach;
+    rod(p, &after, {at.tip, at.tip + height * at.axis}, thin_px);
     canvas_draw_once(s->on, after, coloured(colour_line));
     if (!at.framed || !(at.tilt_rad > 1e-4)) return;
     glm::dvec3 top = at.tip + height * at.axis;
     dashes(p, &before, at.tip, turned(top, at.tip, at.u, at.tilt_rad), thin_px);
-    rod(p, &angle, arc(at.tip + 0.94 * height * at.axis, at.tip, at.u, at.tilt_rad), thin_px);
+    rod(p, &angle, arc(at.tip + lean_arc * reach * at.axis, at.tip, at.u, at.tilt_rad), thin_px);
     canvas_draw_once(s->on, before, coloured(colour_lean));
     canvas_draw_once(s->on, angle, coloured(colour_lean));
 }
@@ -319,7 +320,7 @@ void scene_draw(scene *s, const state &st) {
     double reach = d.major_radius_mm + d.minor_radius_mm;
     if (!at.placed) return;
     if (st.tool == tool_look::solid) draw_tool(s, at, st.tool);
-    if (st.lean) draw_lean(s, p, at, btg_scene_tool_mm(&s->part->tool) + 0.6 * reach);
+    if (st.lean) draw_lean(s, p, at, reach);
     if (st.insert) draw_insert(s, p, at, d);
     if (st.ray) draw_ray(s, p, at);
     if (st.normals) draw_normals(s, p, at, reach);

@@ -31,6 +31,9 @@ void scene_free(scene *s);
 /* Pixels from the upper left of a picture `size`; z outside 0 .. 1: not in it. */
 glm::dvec3 scene_project(const scene &s, glm::dvec2 size, glm::dvec3 point);
 
+/* The arc of the tilt stands so far over the tip, in outer radii of the tool. */
+constexpr double lean_arc = 2.3;
+
 /* Of contacts: as in the pictures of paths. */
 constexpr glm::vec3 colour_p{BTG_RGB_P}, colour_q{BTG_RGB_Q};
 constexpr glm::vec3 colour_osculating{BTG_RGB_OSCULATING}, colour_line{BTG_RGB_INK};

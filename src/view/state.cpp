@@ -3,6 +3,7 @@
 
 extern "C" {
 #include "app/number.h"
+#include "methods/method.h"
 }
 
 #include <algorithm>
@@ -67,6 +68,7 @@ void advance(state *s, double seconds) {
 void set_path(state *s, std::shared_ptr<tour> path) {
     s->path = std::move(path);
     s->left = nullptr;
+    s->uncuttable = false;
     std::size_t count = s->path ? s->path->rows.size() : 0;
     s->at = count > 0 ? std::min(s->at, count - 1) : 0;
 }
@@ -154,7 +156,7 @@ const key_help key_list[] = {
     {"L", "tilt: axis before, after"},
     {"R", "trail of P and Q"},
     {"G", "gouge and scallop colours"},
-    {"B", "next back end"},
+    {"M, B", "next method, back end"},
     {"S", "save picture"},
     {"H, Tab", "this help, panel"},
     {"Q, Esc", "quit"},
@@ -165,19 +167,29 @@ static void flip(bool *b) {
     *b = !*b;
 }
 
-static void next_backend(state *s) {
-    std::size_t count = btg_backend_count(), at = count;
+/* The next of `names` after `*name`, which is asked of the solver. */
+static void choose_next(state *s, const std::vector<std::string> &names, std::string *name) {
+    std::size_t at = 0;
+    while (at < names.size() && names[at] != *name)
+        at++;
+    *name = names[at < names.size() ? (at + 1) % names.size() : 0];
+    s->recompute = true;
+}
+
+std::vector<std::string> backend_names() {
+    std::vector<std::string> names = {"auto"};
     btg_backend_info info;
-    for (std::size_t i = 0; i < count; i++)
-        if (btg_backend_get_info(i, &info) == BTG_OK && s->backend == info.name) at = i;
-    for (std::size_t k = 1; k <= count; k++) {
-        if (btg_backend_get_info((at + k) % count, &info) != BTG_OK ||
-            info.state != BTG_BACKEND_READY)
-            continue;
-        s->backend = info.name;
-        s->recompute = true;
-        return;
-    }
+    for (std::size_t i = 0; i < btg_backend_count(); i++)
+        if (btg_backend_get_info(i, &info) == BTG_OK && info.state == BTG_BACKEND_READY)
+            names.push_back(info.name);
+    return names;
+}
+
+std::vector<std::string> method_names() {
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < btg_method_count(); i++)
+        names.push_back(btg_method_get_info(i).name);
+    return names;
 }
 
 struct binding {
@@ -211,7 +223,8 @@ static const binding bindings[] = {
     {"l", [](state *s) { flip(&s->lean); }},
     {"r", [](state *s) { flip(&s->trail); }},
     {"g", [](state *s) { flip(&s->gouge); }},
-    {"b", next_backend},
+    {"b", [](state *s) { choose_next(s, backend_names(), &s->backend); }},
+    {"m", [](state *s) { choose_next(s, method_names(), &s->method); }},
     {"s", [](state *s) { s->save_picture = true; }},
     {"h", [](state *s) { flip(&s->help); }},
     {"tab", [](state *s) { flip(&s->panel); }},

@@ -35,7 +35,11 @@ struct state {
     /* What is to be done beside the window. */
     bool quit = false, save_picture = false;
     bool recompute = false;
-    std::string backend = "auto";
+    std::string method = "vcrf", backend = "auto";
+    bool uncuttable = false; /* the path and the part cannot be cut into a field */
+    std::string working;     /* what is being done there; empty: nothing */
+    double worked = 0;       /* 0 .. 1 of it */
+    std::string dropped;     /* a file that was dropped on the window */
 };
 
 /* The row shown; NULL without a path. */
@@ -62,6 +66,10 @@ bool view_name_known(const char *name);
 /* One key by its name, as --keys takes it: "space", "left", "n", ... False: no such key. */
 bool press(state *s, const std::string &key);
 bool key_known(const std::string &key);
+
+/* What can be chosen: back ends that are ready, "auto" first; methods. */
+std::vector<std::string> backend_names();
+std::vector<std::string> method_names();
 
 struct key_help {
     const char *keys, *meaning;
