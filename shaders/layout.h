@@ -50,7 +50,7 @@ typedef struct btg_gpu_uvec4 {
  * FAN i .. FAN i + FAN - 1 of the level below. */
 BTG_GPU_STRUCT(btg_gpu_scene) {
     BTG_GPU_UVEC4 counts; /* patches, levels, tool elements, 1: the cutter is hollow */
-    BTG_GPU_UVEC4 starts; /* in geometry: of cells, of patches */
+    BTG_GPU_UVEC4 starts; /* in geometry: of cells, of patches; times the winner is followed */
     BTG_GPU_UVEC4 level[BTG_GPU_LEVELS];    /* start in geometry, nodes */
     BTG_GPU_VEC4 element[BTG_GPU_ELEMENTS]; /* ring radius, corner radius, from, to */
 };

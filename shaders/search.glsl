@@ -3,7 +3,8 @@
  * A walk through a tree of balls: all invocations test children of the nodes on top of a shared
  * stack, then try the cells left by a grid of samples on the cell's quadratic piece. What a ball's
  * bound shows below the best so far is left out. The winner is then followed on the surface itself,
- * by grids that shrink about the best place.
+ * by grids that shrink about the best place, where the answer is to be taken as it is; the core's
+ * polish does that by itself.
  *
  * Whatever the order of invocations, the same place wins: all compare with a bound that stands for
  * the round, and equal values are told apart by cell and sample. */
@@ -18,7 +19,6 @@ const uint ROUNDS = 1u << 22;
 const float SLACK = 2e-6;
 
 const uint GRID = 7;   /* samples a side when following the winner: odd, the middle is one */
-const uint EXPAND = 2; /* times the surface is expanded anew about the best place */
 const uint ZOOM = 3;   /* grids on each expansion */
 const float SHRINK = 0.34;
 
@@ -67,8 +67,6 @@ void open_nodes(btg_gpu_query q, uint held, uint left, float bound) {
     nodes = min(nodes, (STACK - held) / (BTG_GPU_FAN - 1));
     bool overflow = nodes == 0;
     nodes = max(nodes, 1);
-    if (lane < 2) node_bits[lane] = cell_bits[lane] = 0;
-    barrier();
     uint entry_ = 0, mine = lane / BTG_GPU_FAN;
     bool keep = false, cell = false;
     if (mine < nodes && !overflow) {
@@ -165,6 +163,7 @@ btg_best walk(btg_gpu_query q) {
         uint held = top, left = waiting;
         /* One bound a round for all: what is left out does not hang on who is quicker. */
         float bound = value_of(bound_key);
+        if (lane < 2) node_bits[lane] = cell_bits[lane] = 0;
         barrier();
         if (held == 0 && left == 0) break;
         if (held == 0 || left >= gl_WorkGroupSize.x) {
@@ -233,7 +232,7 @@ void search(uint index) {
     btg_surface_point c;
     if (found) {
         item = item_of_cell(q, cell);
-        for (uint k = 0; k < EXPAND; k++) {
+        for (uint k = 0; k < scene.starts.z; k++) {
             vec2 middle = best_place.xy;
             c = item_evaluate(q, item, middle.x, middle.y);
             for (uint z = 0; z < ZOOM; z++)

@@ -10,7 +10,7 @@
 #define PROBES 9
 /* Samples a side of a cell. */
 #define SAMPLES_MIN 2
-#define SAMPLES_MAX 8
+#define SAMPLES_MAX 10
 /* A ball through nine points of a cell is that much wider, for what bulges between them. */
 #define BULGE 1.02
 

@@ -7,10 +7,14 @@
 #include <string.h>
 
 /* Sizes as parts of the tool's radius: a cell is small against the tool's curvature, samples are
- * near enough to lead to every peak that a tool's width holds. */
-#define CELL_SIDE     0.5
-#define CELL_PITCH    0.1
-#define CELL_RESIDUAL 0.003
+ * near enough to lead to every peak that a tool's width holds; fewer will do where the core looks
+ * everywhere again. */
+#define CELL_SIDE           0.8
+#define CELL_PITCH          0.1
+#define CELL_PITCH_POLISHED 0.2
+#define CELL_RESIDUAL       0.003
+/* Expansions of the surface about a winner that nobody polishes. */
+#define FOLLOW 2
 /* Cells at the most, where the part does not need more: some 130 MB. */
 #define CELLS_WANTED (1u << 20)
 /* A part too large for these sizes is cut that much coarser, so often. */
@@ -34,6 +38,7 @@ typedef struct builder {
     btg_scene *scene;
     draft *drafts;
     size_t cells, patches, coefficients; /* counts; the last in vec4s */
+    bool follow;                         /* winners */
     uint32_t levels;
     size_t nodes[BTG_GPU_LEVELS];
 } builder;
@@ -71,7 +76,8 @@ static btg_status choose_size(builder *b, const btg_tool *tool, size_t bytes_max
                               btg_message *message) {
     const btg_tool_element *e = &tool->element[0];
     double radius = e->ring_radius_mm + e->corner_radius_mm;
-    b->size = (btg_cell_size){CELL_SIDE * radius, CELL_PITCH * radius, CELL_RESIDUAL * radius};
+    double pitch = b->follow ? CELL_PITCH : CELL_PITCH_POLISHED;
+    b->size = (btg_cell_size){CELL_SIDE * radius, pitch * radius, CELL_RESIDUAL * radius};
     size_t items = (size_t)b->part->patch_count + b->part->triangle_count, bytes = 0;
     for (int i = 0; i < COARSENINGS; i++) {
         b->cells = count_cells(b);
@@ -210,10 +216,11 @@ static void fill_patches(builder *b, size_t at_patches) {
 }
 
 static void fill_head(builder *b, const btg_tool *tool, size_t at_cells, size_t at_patches) {
+    uint32_t follow = b->follow ? FOLLOW : 0;
     btg_gpu_scene *head = &b->scene->head;
     head->counts = (btg_gpu_uvec4){b->part->patch_count, b->levels, tool->element_count,
                                    tool->element[0].hollow != 0};
-    head->starts = (btg_gpu_uvec4){.x = (uint32_t)at_cells, .y = (uint32_t)at_patches};
+    head->starts = (btg_gpu_uvec4){.x = (uint32_t)at_cells, .y = (uint32_t)at_patches, .z = follow};
     for (uint32_t i = 0; i < tool->element_count; i++) {
         const btg_tool_element *e = &tool->element[i];
         head->element[i] = (btg_gpu_vec4){(float)e->ring_radius_mm, (float)e->corner_radius_mm,
@@ -250,7 +257,8 @@ btg_status btg_scene_make(const btg_backend_setup *setup, size_t bytes_max, btg_
                           btg_message *message) {
     const btg_part *part = setup->part;
     btg_scene made = {.middle = vec_scale(vec_add(part->info.box_min, part->info.box_max), 0.5)};
-    builder b = {.part = part, .allocator = &setup->allocator, .scene = &made};
+    builder b = {
+        .part = part, .allocator = &setup->allocator, .scene = &made, .follow = setup->raw};
     b.patches = part->patch_count;
     for (uint32_t i = 0; i < part->patch_count; i++)
         b.coefficients += patch_points(&part->patches[i]);
