@@ -81,7 +81,7 @@ double btg_scene_mark_mm(const btg_scene *s, const btg_part *part, const btg_too
     btg_vec3 size = vec_sub(part->info.box_max, part->info.box_min);
     double room = sqrt(fmax(size.x * size.y, 1e-12) / (double)(s->count + 1));
     double rim = tool->def.major_radius_mm + tool->def.minor_radius_mm;
-    return fmin(0.11 * room, 0.05 * rim);
+    return fmin(0.14 * room, 0.06 * rim);
 }
 
 double btg_scene_tool_mm(const btg_tool *tool) {
@@ -292,7 +292,7 @@ btg_status btg_scene_glb(const btg_scene *s, const btg_part *part, const btg_too
     btg_shape shape = {0};
     btg_status status = btg_shape_part(&shape, part, part->triangle_count + PART_FINE, message);
     if (status == BTG_OK) {
-        add_shape(g, "part", &shape, matt(g, "part", 0.80, 0.82, 0.84, 0), BTG_GLB_NONE);
+        add_shape(g, "part", &shape, matt(g, "part", 0.62, 0.67, 0.72, 0), BTG_GLB_NONE);
         add_path(g, s, part, tool);
         add_tool(g, s, tool);
         status = btg_glb_write(g, output, message);
