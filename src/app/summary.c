@@ -113,10 +113,16 @@ static void print_work(const btg_method_counts *c, FILE *file) {
     if (c->turned_drops > 0)
         fprintf(file, "bisection   %.4g drops a tilt\n", (double)c->turned_drops / tilts);
     if (c->drop_seeds == 0) return;
-    fprintf(file, "newton      drop: %.4g seeds, %.4g iterations, %" PRIu64 " given up\n",
-            (double)c->drop_seeds / drops, (double)c->drop_iterations / drops, c->drops_given_up);
-    fprintf(file, "            tilt: %.4g seeds, %.4g iterations, %" PRIu64 " given up\n",
-            (double)c->tilt_seeds / tilts, (double)c->tilt_iterations / tilts, c->tilts_given_up);
+    drops -= (double)c->drops_given_up;
+    tilts -= (double)c->tilts_given_up;
+    fprintf(file,
+            "newton      drop: %.4g seeds, %.4g iterations, the last %.4g; %" PRIu64 " given up\n",
+            (double)c->drop_seeds / drops, (double)c->drop_iterations / drops,
+            (double)c->drop_last_iterations / drops, c->drops_given_up);
+    fprintf(file,
+            "            tilt: %.4g seeds, %.4g iterations, the last %.4g; %" PRIu64 " given up\n",
+            (double)c->tilt_seeds / tilts, (double)c->tilt_iterations / tilts,
+            (double)c->tilt_last_iterations / tilts, c->tilts_given_up);
 }
 
 static void print_statuses(const summary *s, FILE *file) {

@@ -25,12 +25,14 @@
 
 /* Work done since a method was opened; what a method does not do stays 0. */
 typedef struct btg_method_counts {
-    uint64_t drops, tilts;                /* answered */
-    uint64_t rays;                        /* vertical or circular, from the part or from the tool */
-    uint64_t turned_drops;                /* DROPs asked by bisections */
-    uint64_t drop_seeds, drop_iterations; /* of Newton's method, over all drops */
-    uint64_t tilt_seeds, tilt_iterations; /* over all tilts that found a second contact */
-    uint64_t followed;                    /* tilts whose neighbour's answer was seed enough */
+    uint64_t drops, tilts; /* answered */
+    uint64_t rays;         /* vertical or circular, from the part or from the tool */
+    uint64_t turned_drops; /* DROPs asked by bisections */
+    /* Newton's method, over the drops and the tilts that found their contact: seeds tried, all
+     * iterations, and those of the seeds that led there. */
+    uint64_t drop_seeds, drop_iterations, drop_last_iterations;
+    uint64_t tilt_seeds, tilt_iterations, tilt_last_iterations;
+    uint64_t followed;                       /* tilts whose neighbour's answer was seed enough */
     uint64_t drops_given_up, tilts_given_up; /* no seed led to an answer: no contact, no tilt */
     uint64_t near_p, axis_down, gouged;      /* solutions thrown away, by the check that did it */
 } btg_method_counts;

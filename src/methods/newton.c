@@ -217,6 +217,19 @@ static bool iterate(const sheet *s, equations f, const void *query, int size, do
     return false;
 }
 
+/* What one drop or tilt took. */
+typedef struct effort {
+    uint64_t seeds, iterations, last;
+} effort;
+
+static bool solve(const sheet *s, equations f, const void *query, int size, double *x, effort *e) {
+    e->seeds++;
+    e->last = 0;
+    bool converged = iterate(s, f, query, size, x, &e->last);
+    e->iterations += e->last;
+    return converged;
+}
+
 /* ---- drop --------------------------------------------------------------------------------- */
 
 /* Equation 2's left side: S + Ri n + Ro nr, nr level, from the insert's centre to the axis. On the
@@ -268,20 +281,18 @@ static uint32_t seed_place(btg_newton *n, btg_vec3 foot, double *x) {
     return near.item;
 }
 
-static bool drop_once(btg_newton *n, const btg_drop_query *q, btg_drop_result *r) {
-    btg_method_counts *c = n->context->counts;
+static bool drop_once(btg_newton *n, const btg_drop_query *q, btg_drop_result *r, effort *e) {
     const btg_part_info *info = &n->info;
     double x[UNKNOWNS];
     sheet s = {.newton = n, .up = q->axis, .origin = q->origin};
     uint32_t item = seed_place(n, q->origin, x);
     x[2] = info->box_min.z + random_unit(n) * (info->box_max.z - info->box_min.z);
     s.patch = &n->setup.part->patches[item];
-    c->drop_seeds++;
-    if (!iterate(&s, drop_equations, q, 3, x, &c->drop_iterations)) return false;
+    if (!solve(&s, drop_equations, q, 3, x, e)) return false;
     btg_vec3 centre = vec_mad(q->origin, q->axis, x[2]);
     btg_tool_grid grid = btg_tool_grid_place(&n->setup.tool, centre, q->axis);
     if (!btg_under_clear(n->under, &grid, GOUGE_MM)) {
-        c->gouged++;
+        n->context->counts->gouged++;
         return false;
     }
     *r = (btg_drop_result){.status = BTG_OK, .height_mm = x[2], .bound_mm = NAN};
@@ -294,16 +305,23 @@ static bool drop_once(btg_newton *n, const btg_drop_query *q, btg_drop_result *r
 btg_status btg_newton_drop(void *newton, const btg_drop_query *queries, size_t count,
                            btg_drop_result *results) {
     btg_newton *n = newton;
+    btg_method_counts *c = n->context->counts;
     for (size_t i = 0; i < count; i++) {
         btg_drop_result r = {.status = BTG_NO_CONTACT, .bound_mm = NAN};
+        effort e = {0};
         bool found = false;
-        for (int k = 0; k < DROP_SEEDS && !found; k++) {
-            found = drop_once(n, &queries[i], &r);
-            r.nodes = (uint32_t)k + 1;
-        }
-        n->context->counts->drops++;
-        if (!found) n->context->counts->drops_given_up++;
+        while (!found && e.seeds < DROP_SEEDS)
+            found = drop_once(n, &queries[i], &r, &e);
+        r.nodes = (uint32_t)e.seeds;
+        c->drops++;
         results[i] = r;
+        if (!found) {
+            c->drops_given_up++;
+            continue;
+        }
+        c->drop_seeds += e.seeds;
+        c->drop_iterations += e.iterations;
+        c->drop_last_iterations += e.last;
     }
     return BTG_OK;
 }
@@ -361,8 +379,8 @@ static bool accept(btg_newton *n, const btg_tilt_query *q, uint32_t item, const 
     return false;
 }
 
-static bool tilt_once(btg_newton *n, const btg_tilt_query *q, bool follow, btg_tilt_result *r) {
-    btg_method_counts *c = n->context->counts;
+static bool tilt_once(btg_newton *n, const btg_tilt_query *q, bool follow, btg_tilt_result *r,
+                      effort *e) {
     double x[UNKNOWNS];
     uint32_t item = n->last_item;
     sheet s = {.newton = n, .up = q->p.normal};
@@ -374,11 +392,10 @@ static bool tilt_once(btg_newton *n, const btg_tilt_query *q, bool follow, btg_t
         x[3] = random_unit(n) * 2 * BTG_PI;
     }
     s.patch = &n->setup.part->patches[item];
-    c->tilt_seeds++;
-    if (!iterate(&s, tilt_equations, q, 4, x, &c->tilt_iterations)) return false;
+    if (!solve(&s, tilt_equations, q, 4, x, e)) return false;
     x[2] = remainder(x[2], 2 * BTG_PI);
     if (!accept(n, q, item, x)) return false;
-    if (follow) c->followed++;
+    if (follow) n->context->counts->followed++;
     n->has_last = true;
     n->last_item = item;
     for (int i = 0; i < UNKNOWNS; i++)
@@ -411,18 +428,23 @@ static btg_tilt_result merged(btg_newton *n, const btg_tilt_query *q) {
 btg_status btg_newton_tilt(void *newton, const btg_tilt_query *queries, size_t count,
                            btg_tilt_result *results) {
     btg_newton *n = newton;
+    btg_method_counts *c = n->context->counts;
     for (size_t i = 0; i < count; i++) {
         btg_tilt_result r = {.status = BTG_ERROR_GOUGE};
-        bool found = n->has_last && tilt_once(n, &queries[i], true, &r);
-        int k = 0;
-        for (; k < TILT_SEEDS && !found; k++)
-            found = tilt_once(n, &queries[i], false, &r);
-        n->context->counts->tilts++;
-        if (!found) {
-            n->context->counts->tilts_given_up++;
+        effort e = {0};
+        bool found = n->has_last && tilt_once(n, &queries[i], true, &r, &e);
+        while (!found && e.seeds < TILT_SEEDS)
+            found = tilt_once(n, &queries[i], false, &r, &e);
+        c->tilts++;
+        if (found) {
+            c->tilt_seeds += e.seeds;
+            c->tilt_iterations += e.iterations;
+            c->tilt_last_iterations += e.last;
+        } else {
+            c->tilts_given_up++;
             r = merged(n, &queries[i]);
         }
-        r.nodes = (uint32_t)k + 1;
+        r.nodes = (uint32_t)e.seeds;
         results[i] = r;
     }
     return BTG_OK;

@@ -99,7 +99,8 @@ static void test_degree(rng *r, int degree, double warp, const char *name, doubl
            name, degree, spin / DEGREE, t.same, t.compared, (double)c.tilt_seeds / tilts,
            (double)c.tilt_iterations / tilts, (int)c.tilts_given_up);
     CHECK(c.drops == FEET && c.drop_seeds >= FEET && c.drop_iterations > FEET);
-    CHECK(c.tilt_seeds >= c.tilts && c.tilt_iterations > c.tilts);
+    CHECK(c.tilt_seeds >= c.tilts - c.tilts_given_up && c.tilt_iterations > c.tilt_seeds);
+    CHECK(c.tilt_last_iterations > 0 && c.tilt_last_iterations <= c.tilt_iterations);
     CHECK(t.compared >= FEET * 7 / 10);
     /* What is left is a root that cuts less than the gouge grid shows. */
     CHECK(t.same >= t.compared - 1);
