@@ -40,6 +40,7 @@ typedef struct path_options {
     const char *method;
     double ray_spacing_mm; /* of the methods that fire rays from a grid */
     int levels;            /* of grids and of depth buffers */
+    uint32_t window;       /* pixels of a depth buffer's side; 0: as the method likes */
     const char *backend;
     uint32_t threads; /* 0: as many as there are */
     btg_solver_def solver;

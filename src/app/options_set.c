@@ -184,6 +184,11 @@ static bool set_levels(path_options *o, const char *name, const char *value) {
     return true;
 }
 
+static bool set_window(path_options *o, const char *name, const char *value) {
+    if (number_parse_count(value, &o->window) && o->window >= 8 && o->window <= 4096) return true;
+    return app_refuse(name, "'%.100s'; give a whole number from 8 to 4096", value);
+}
+
 static bool set_backend(path_options *o, const char *name, const char *value) {
     char names[256] = "auto";
     o->backend = value;
@@ -370,11 +375,6 @@ static bool set_help(path_options *o, const char *name, const char *value) {
     return true;
 }
 
-static bool set_later(path_options *o, const char *name, const char *value) {
-    (void)o, (void)value;
-    return app_refuse(name, "not in this version; see 'bitangent help path'");
-}
-
 const option path_option_list[] = {
     {"-o", set_output, false},
     {"--output", set_output, false},
@@ -409,6 +409,6 @@ const option path_option_list[] = {
     {"--help", set_help, true},
     {"-h", set_help, true},
     {"--levels", set_levels, false},
-    {"--window", set_later, false},
+    {"--window", set_window, false},
 };
 const size_t path_option_count = sizeof path_option_list / sizeof path_option_list[0];

@@ -7,6 +7,7 @@ btg_status solve_open(const path_options *o, const btg_part *part, const btg_too
     def.name = o->method;
     def.ray_spacing_mm = o->ray_spacing_mm;
     def.levels = o->levels;
+    def.window = o->window;
     def.backend.name = o->backend;
     def.backend.threads = o->threads;
     def.backend.raw = o->raw;

@@ -1,6 +1,7 @@
 #include "io/picture_sheet.h"
 #include "io/palette.h"
 
+#include <cairo-svg.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -198,6 +199,10 @@ static cairo_status_t write_bytes(void *output, const unsigned char *data, unsig
     btg_output *o = output;
     btg_output_write(o, (const char *)data, length);
     return o->error ? CAIRO_STATUS_WRITE_ERROR : CAIRO_STATUS_SUCCESS;
+}
+
+cairo_surface_t *btg_sheet_svg(btg_output *output, double width, double height) {
+    return cairo_svg_surface_create_for_stream(write_bytes, output, width, height);
 }
 
 btg_status btg_sheet_png(cairo_surface_t *surface, btg_output *output) {

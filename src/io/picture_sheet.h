@@ -76,6 +76,8 @@ double btg_sheet_y(const sheet *s, double y_mm);
 /* Frame of the plot, its axes with numbers, and their names. */
 void btg_sheet_axes(const sheet *s);
 
+/* A surface whose drawing goes to the output as SVG, at the latest when it is finished. */
+cairo_surface_t *btg_sheet_svg(btg_output *output, double width, double height);
 /* ERROR_MEMORY; errors of writing latch in the output. */
 btg_status btg_sheet_png(cairo_surface_t *surface, btg_output *output);
 

@@ -78,6 +78,22 @@ btg_status btg_tool_rays_drop(void *state, const btg_drop_query *queries, size_t
 btg_status btg_tool_rays_tilt(void *state, const btg_tilt_query *queries, size_t count,
                               btg_tilt_result *results);
 
+/* ---- pixels.c ----------------------------------------------------------------------------- */
+
+/* DROP by rays through the pixels of a window as wide as the tool, and of a second one two pixels
+ * wide where levels is 2. */
+typedef struct btg_pixels {
+    const btg_backend_setup *setup;
+    btg_under *under;
+    uint32_t window;
+    int levels;
+} btg_pixels;
+
+btg_status btg_pixels_drop(void *pixels, const btg_drop_query *queries, size_t count,
+                           btg_drop_result *results);
+/* Between the rays of the last level, mm. */
+double btg_pixels_pitch(const btg_pixels *pixels);
+
 /* ---- newton.c ----------------------------------------------------------------------------- */
 
 /* The drop-spin-tilt paper's equations by Newton's method. */

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #define RAY_SPACING_MM 0.1
+#define WINDOW_MAX     4096
 #define LEVELS         2
 #define SEED           1
 
@@ -82,6 +83,9 @@ static btg_status check(const btg_method_def *def, const btg_method_info *info,
     if (!(def->ray_spacing_mm > 0))
         return btg_fail(message, BTG_ERROR_ARGUMENT, "method %s: the ray spacing is not above 0",
                         info->name);
+    if (def->window > WINDOW_MAX)
+        return btg_fail(message, BTG_ERROR_ARGUMENT, "method %s: a window of %u pixels; give %d",
+                        info->name, def->window, WINDOW_MAX);
     if (def->levels != 1 && def->levels != 2)
         return btg_fail(message, BTG_ERROR_ARGUMENT, "method %s: %d levels; give 1 or 2",
                         info->name, def->levels);

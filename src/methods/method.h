@@ -56,7 +56,9 @@ typedef struct btg_method_def {
     btg_backend_def backend; /* for vcrf and depth */
     double ray_spacing_mm;   /* vcrf-grid, sr: between rays on the part; default 0.1, > 0 */
     int levels;              /* vcrf-grid, sr: 2 (default), a second grid around the best ray; 1 */
-    uint64_t seed;           /* dst, direct: of the random seeds; any number */
+    uint32_t window; /* depth on a back end without depth images: pixels of a window's side, one
+                        ray each, up to 4096; 0 (default): the back end's exact drops */
+    uint64_t seed;   /* dst, direct: of the random seeds; any number */
 } btg_method_def;
 
 btg_method_def btg_method_def_default(void);

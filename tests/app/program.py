@@ -240,7 +240,8 @@ class Refusals(Case):
             self.refuse("--levels", value, say="1 or 2")
         for value in ("0", "-1", "x"):
             self.refuse("--ray-spacing", value)
-        self.refuse("--window", "50", say="not in this version")
+        for value in ("", "7", "4097", "x"):
+            self.refuse("--window", value, say="8 to 4096")
         self.bad(2, "path", self.part, "--json=1", say="takes no value")
         self.bad(2, "path", self.part, "--sidestep", "1", say="unknown option")
         self.bad(2, "path", self.part, "--tool", say="needs a value")
