@@ -31,10 +31,12 @@ typedef struct bench_options {
     bool measure[BENCH_MEASURES];
     bool chosen; /* by --only, --speed or --backends; else all but the back ends */
     bool quick;
-    double seconds;     /* about how long all of it may take */
-    const char *csv;    /* NULL: none */
-    const char *png;    /* picture of the back ends; NULL: none */
-    const char *commit; /* a column of the CSV */
+    double seconds;       /* about how long all of it may take */
+    const char *csv;      /* NULL: none */
+    const char *png;      /* picture of the back ends; NULL: none */
+    const char *commit;   /* a column of the CSV */
+    bool papers;          /* the papers' tables instead (papers.h) */
+    const char *pictures; /* folder of their charts; NULL: none */
 } bench_options;
 
 typedef struct bench_error {
@@ -183,6 +185,11 @@ typedef struct bench_rows {
     bench_left_out left_out[BENCH_LEFT_OUT_MAX];
     size_t left_out_count;
 } bench_rows;
+
+#define BENCH_MACHINE_SIZE 128
+
+/* "AMD EPYC, 2 cores"; the kind of processor where the system does not tell its name. */
+void bench_name_machine(char *name, size_t size);
 
 /* Fills `rows`, which the caller frees, complains about wrong answers on stderr. Returns an exit
  * code. */

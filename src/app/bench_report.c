@@ -11,11 +11,9 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
-#define MACHINE_SIZE 128
-
 /* "AMD EPYC, 2 cores"; the kind of processor where the system does not tell its name. */
-static void name_machine(char *name, size_t size) {
-    char line[MACHINE_SIZE];
+void bench_name_machine(char *name, size_t size) {
+    char line[BENCH_MACHINE_SIZE];
     struct utsname system;
     const char *model = uname(&system) == 0 ? system.machine : "unknown";
     FILE *file = fopen("/proc/cpuinfo", "r");
@@ -112,8 +110,8 @@ static void write_left_out(btg_json *json, const bench_rows *rows) {
 }
 
 static void write_json(btg_output *out, const bench_options *o, const bench_rows *rows) {
-    char machine[MACHINE_SIZE];
-    name_machine(machine, sizeof machine);
+    char machine[BENCH_MACHINE_SIZE];
+    bench_name_machine(machine, sizeof machine);
     btg_json json = btg_json_to(out);
     btg_json_open(&json, NULL, '{');
     btg_json_string(&json, "version", btg_version());
@@ -165,8 +163,8 @@ static void csv_header(btg_output *out) {
 }
 
 static void write_csv(btg_output *out, const bench_options *o, const bench_rows *rows) {
-    char machine[MACHINE_SIZE];
-    name_machine(machine, sizeof machine);
+    char machine[BENCH_MACHINE_SIZE];
+    bench_name_machine(machine, sizeof machine);
     csv_header(out);
     for (size_t i = 0; i < rows->count; i++) {
         const bench_row *r = &rows->list[i];
@@ -269,8 +267,8 @@ static void print_heading(FILE *file, bench_measure measure) {
 }
 
 static void print_tables(FILE *file, const bench_options *o, const bench_rows *rows) {
-    char machine[MACHINE_SIZE];
-    name_machine(machine, sizeof machine);
+    char machine[BENCH_MACHINE_SIZE];
+    bench_name_machine(machine, sizeof machine);
     const btg_tool_def *t = &o->path.tool;
     fprintf(file, "bitangent %s on %s\n", btg_version(), machine);
     fprintf(file, "tool %g/%g %s; tolerance %g mm and one thread where nothing else is said\n",
@@ -301,8 +299,8 @@ static btg_status save_csv(const bench_options *o, const bench_rows *rows, btg_o
 }
 
 static btg_status save_png(const bench_rows *rows, btg_output *png, btg_message *message) {
-    char machine[MACHINE_SIZE];
-    name_machine(machine, sizeof machine);
+    char machine[BENCH_MACHINE_SIZE];
+    bench_name_machine(machine, sizeof machine);
     return bench_table_picture(rows, machine, png, message);
 }
 

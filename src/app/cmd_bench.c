@@ -2,10 +2,12 @@
 #include "app/app.h"
 #include "app/bench.h"
 #include "app/number.h"
+#include "app/papers.h"
 #include "io/picture.h"
 
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #define SECONDS       50.0
 #define SECONDS_QUICK 3.0
@@ -95,9 +97,21 @@ static bool set_png(bench_options *o, const char *name, const char *value) {
     return true;
 }
 
-static bool set_later(bench_options *o, const char *name, const char *value) {
-    (void)o, (void)value;
-    return app_refuse(name, "not in this version; see 'bitangent help bench'");
+static bool set_papers(bench_options *o, const char *name, const char *value) {
+    (void)name, (void)value;
+    o->papers = true;
+    return true;
+}
+
+static bool set_pictures(bench_options *o, const char *name, const char *value) {
+    struct stat at;
+    if (!btg_picture_available())
+        return app_refuse(name, "this build draws no pictures; install libcairo2-dev and build "
+                                "again");
+    if (stat(value, &at) != 0 || !S_ISDIR(at.st_mode))
+        return app_refuse(name, "'%.200s' is no folder; make it first", value);
+    o->pictures = value;
+    return true;
 }
 
 static const struct {
@@ -110,7 +124,7 @@ static const struct {
     {"--points", set_points, false}, {"--csv", set_csv, false},
     {"--commit", set_commit, false}, {"--backends", set_backends, true},
     {"--output", set_png, false},    {"-o", set_png, false},
-    {"--papers", set_later, true},
+    {"--papers", set_papers, true},  {"--pictures", set_pictures, false},
 };
 
 typedef struct words {
@@ -168,6 +182,11 @@ static bool agree(const bench_options *o) {
     bool others = false;
     for (int m = 0; m < BENCH_MEASURES; m++)
         others = others || (o->measure[m] && m != BENCH_TRIANGLES && m != BENCH_DEGREE);
+    if (o->papers && (o->part_count > 0 || o->chosen || o->png))
+        return app_refuse("--papers", "stands alone: no PART, no other measure, no -o; pictures go "
+                                      "to --pictures FOLDER");
+    if (o->pictures && !o->papers)
+        return app_refuse("--pictures", "draws the papers' figures; give --papers");
     if (o->part_count > 0 && standard_only && !others)
         return app_refuse("--only", "triangles and degree are measured without a part");
     if (o->png && !o->measure[BENCH_BACKENDS])
@@ -215,6 +234,11 @@ int app_bench(int count, char **list) {
     if (o.png && btg_output_open(&png, o.png, &message) != BTG_OK) {
         btg_output_discard(&csv);
         return app_complain(APP_FAILED, "%s", message.text);
+    }
+    if (o.papers) {
+        int code = papers_run(&o, &csv);
+        btg_output_discard(&csv);
+        return code;
     }
     int code = bench_speed(&o, &rows);
     /* Wrong answers are part of the report. */

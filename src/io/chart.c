@@ -216,7 +216,7 @@ static void draw_series(const frame *f, const btg_chart_series *s) {
     }
 }
 
-/* A sample of a series, and its name, on a pale ground at the plot's top right. */
+/* A sample of a series, and its name, on a pale ground at the plot's top. */
 static void legend(const frame *f, const btg_chart_panel *p) {
     double widest = 0, y = f->top + 8;
     size_t lines = 0;
@@ -230,6 +230,7 @@ static void legend(const frame *f, const btg_chart_panel *p) {
     }
     if (lines == 0) return;
     double left = f->left + f->width - widest - LEGEND_WIDTH - 16;
+    if (p->legend_left) left = f->left + 10;
     btg_sheet_ink(f->cr, (colour){1, 1, 1}, 0.85);
     cairo_rectangle(f->cr, left - 4, y - 4, widest + LEGEND_WIDTH + 14,
                     (double)lines * LEGEND_LINE + 6);

@@ -30,7 +30,8 @@ typedef struct btg_chart_series {
 typedef struct btg_chart_panel {
     const char *title, *x_name, *y_name; /* names with units */
     double x_min, x_max, y_min, y_max;
-    bool same_scale; /* a millimetre is as long along y as along x */
+    bool legend_left; /* else right; at the top */
+    bool same_scale;  /* a millimetre is as long along y as along x */
     btg_chart_series series[BTG_CHART_SERIES_MAX];
     size_t series_count;
 } btg_chart_panel;

@@ -4,10 +4,11 @@
  * the best ray is the answer, as near as the grid is dense. The paper's limit to the shadow is kept
  * as well, so a second contact beside it is not seen.
  *
- * A second level, as in the same authors' GPU paper, fires another grid around the best ray. The
- * VCRF paper prints none, but its table 3 (contacts 0.003 mm off) would need rays 0.01 mm apart,
- * 1e10 of them in its table 5's 10 s. It matters for the tilt: about a P that is 0.05 mm off, rays
- * from beside P meet the tool degrees too soon.
+ * A second level for the drop, as in the same authors' GPU paper, fires another grid around the
+ * best ray. The VCRF paper prints none, but its table 3 (contacts 0.003 mm off) would need rays
+ * 0.01 mm apart, 1e10 of them in its table 5's 10 s. It matters for the tilt: about a P that is
+ * 0.05 mm off, rays from beside P meet the tool degrees too soon. The tilt has one level: a second
+ * one would fire from still nearer to P, and err the more.
  *
  * Points are evaluated once a part instead of once a position. They lie in tiles, each inside a
  * ball, so that those under the shadow are found without looking at all. */
@@ -238,7 +239,7 @@ static best cast_all(const btg_grid *g, const btg_ray_query *q, btg_vec3 foot) {
         if (vec_norm2(vec_cross(vec_sub(t->centre, foot), q->w)) > near * near) continue;
         cast_tile(g, t, q, foot, &b);
     }
-    if (g->levels > 1 && b.found) zoom(g, q, &b);
+    if (g->levels > 1 && b.found && q->op == BTG_OP_DROP) zoom(g, q, &b);
     g->counts->rays += b.rays;
     return b;
 }

@@ -242,6 +242,52 @@ class Backends(Case):
         self.bad("--backends", "-o", self.at("x.png"), SADDLE, SADDLE, say="one part")
 
 
+class Papers(Case):
+    TABLES = ("VCRF table 2", "VCRF table 3", "VCRF table 4", "VCRF table 5", "VCRF figure 10",
+              "GPU table 1", "GPU figure 6", "GPU figures 8 and 9", "DST: Newton", "DST: second",
+              "Spin policies")
+    FIGURES = ("vcrf-figure-10", "gpu-figure-6", "gpu-figures-8-9", "dst-spread")
+
+    def check_values(self, rows):
+        """What must hold whatever the machine's speed."""
+        for row in rows:
+            self.assertIsNotNone(row["value"], row)
+            if row["paper"]:
+                self.assertAlmostEqual(row["ratio"], row["value"] / row["paper"])
+            if row["table"].startswith("VCRF table 2"):  # no method is farther off than 1e-3 mm
+                self.assertLess(row["value"], 1e-3, row)
+                self.assertLess(row["drd_to_exact"], 1e-9, row)
+            if row["table"].startswith("VCRF table 4"):
+                self.assertLess(row["value"], 2, row)
+                self.assertLess(row["drd_to_exact"], 0.02, row)
+            if row["quantity"] == "the closed form's position":
+                self.assertGreaterEqual(row["value"], 97, row)
+            if row["item"] == "bound over measured" and row["quantity"] == "least":
+                self.assertGreaterEqual(row["value"], 1, row)
+
+    def test_all(self):
+        out = self.at("papers.csv")
+        done = json.loads(self.good("--papers", "--quick", "--json", "--csv", out, "--pictures",
+                                    self.dir))
+        rows = done["papers"]
+        for table in self.TABLES:
+            self.assertTrue(any(row["table"].startswith(table) for row in rows), table)
+        self.check_values(rows)
+        noted = {note["table"] for note in done["notes"]}
+        self.assertLessEqual(noted, {row["table"] for row in rows})
+        with open(out, encoding="ascii", newline="") as file:
+            lines = list(csv.DictReader(file))
+        self.assertEqual([line["quantity"] for line in lines], [row["quantity"] for row in rows])
+        for line, row in zip(lines, rows):
+            self.assertAlmostEqual(float(line["value"]) / (row["value"] or 1),
+                                   1 if row["value"] else 0, places=6)
+        for figure in self.FIGURES:
+            with open(self.at(figure + ".png"), "rb") as file:
+                self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
+            with open(self.at(figure + ".svg"), encoding="utf-8") as file:
+                self.assertIn("</svg>", file.read()[-20:])
+
+
 class Refusals(Case):
     def test_command_line(self):
         self.bad("--fast", say="--fast")
@@ -260,7 +306,10 @@ class Refusals(Case):
         self.bad("--points", "x", say="--points")
         self.bad("--json", "--csv", "-", say="standard output")
         self.bad(*[SADDLE] * 17, say="more than 16")
-        self.bad("--papers", say="not in this version")
+        self.bad("--papers", SADDLE, say="stands alone")
+        self.bad("--papers", "--speed", say="stands alone")
+        self.bad("--pictures", self.at("."), say="--papers")
+        self.bad("--papers", "--pictures", self.at("none"), say="no folder")
 
     def test_files(self):
         self.bad(self.at("none.gltf"), say="none.gltf")
