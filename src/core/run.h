@@ -29,7 +29,8 @@ typedef struct btg_run {
 } btg_run;
 
 extern const btg_run btg_run_baseline; /* for any processor of the kind */
-extern const btg_run btg_run_avx2;     /* where it was built */
+extern const btg_run btg_run_avx2;     /* where they were built */
+extern const btg_run btg_run_avx512;
 
 /* The one for this processor. */
 const btg_run *btg_run_choose(void);

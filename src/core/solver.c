@@ -27,6 +27,10 @@ btg_position_parts *btg_workspace_parts(const btg_part *part, void *workspace) {
 }
 
 const btg_run *btg_run_choose(void) {
+#ifdef BTG_HAVE_AVX512
+    if (__builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq"))
+        return &btg_run_avx512;
+#endif
 #ifdef BTG_HAVE_AVX2
     if (__builtin_cpu_supports("avx2")) return &btg_run_avx2;
 #endif

@@ -1,7 +1,8 @@
 #!/bin/bash
 # What the run phase asks of its surroundings: a few functions of libm, and memcpy and the like.
 # No stdio, no memory, no locks, no clock.
-#   check.sh SOURCE_DIR [FILE]...    (FILE: sources that are built again for AVX2; CC: the compiler)
+#   check.sh SOURCE_DIR [FILE]...    (CC: the compiler)
+# FILE: sources that are built again for AVX2 and AVX-512.
 set -u
 source=$1
 shift
@@ -34,14 +35,17 @@ compile() {
 }
 variants=""
 if [ "$(uname -m)" = x86_64 ] && [ $# != 0 ]; then
-    variants=-DBTG_HAVE_AVX2
+    variants="-DBTG_HAVE_AVX2 -DBTG_HAVE_AVX512"
     for file in "$@"; do
         name=$(basename "$file" .c)
         compile "$name-avx2.o" -include core/variant.h -DBTG_VARIANT=avx2 -mavx2 "$file"
+        compile "$name-avx512.o" -include core/variant.h -DBTG_VARIANT=avx512 -mavx2 -mavx512f \
+            -mavx512vl -mavx512dq -mprefer-vector-width=256 "$file"
     done
 fi
 for file in "$source"/src/core/*.c; do
-    compile "$(basename "$file" .c).o" ${variants:+"$variants"} "$file"
+    # shellcheck disable=SC2086
+    compile "$(basename "$file" .c).o" $variants "$file"
 done
 
 # One that is wide for certain.

@@ -1,5 +1,5 @@
-/* All builds of the run phase give the same bits: for any processor, for AVX2 where that was built
- * and is there, and in plain C. */
+/* All builds of the run phase give the same bits: for any processor, in plain C, and for AVX2 and
+ * AVX-512 where they were built and are there. */
 #include "check.h"
 #include "core/part.h"
 #include "core/run.h"
@@ -62,7 +62,7 @@ typedef struct setting {
     btg_tool tool;
     btg_solver_def solver;
     void *workspace;
-    const btg_run *other[2];
+    const btg_run *other[3];
     int other_count;
 } setting;
 
@@ -147,16 +147,24 @@ static void check_part(setting *s, rng *r, int round) {
     btg_part_destroy(part);
 }
 
+#if defined(BTG_HAVE_AVX2) || defined(BTG_HAVE_AVX512)
+static void add_build(setting *s, const btg_run *run, int here) {
+    if (here)
+        s->other[s->other_count++] = run;
+    else
+        printf("%s: built, but this processor has none; skipped\n", run->name);
+}
+#endif
+
 int main(void) {
     setting s = {.other = {&btg_run_plain}, .other_count = 1};
     CHECK(strcmp(btg_run_plain.name, "plain") == 0 && btg_run_plain.drop != btg_run_baseline.drop);
 #ifdef BTG_HAVE_AVX2
-    if (__builtin_cpu_supports("avx2"))
-        s.other[s.other_count++] = &btg_run_avx2;
-    else
-        printf("avx2: built, but this processor has none; skipped\n");
-#else
-    printf("avx2: not built; skipped\n");
+    add_build(&s, &btg_run_avx2, __builtin_cpu_supports("avx2"));
+#endif
+#ifdef BTG_HAVE_AVX512
+    add_build(&s, &btg_run_avx512,
+              __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq"));
 #endif
     int rounds = hard_rounds(ROUNDS);
     for (int i = 0; i < rounds; i++) {
