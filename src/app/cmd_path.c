@@ -1,9 +1,9 @@
 #include "app/app.h"
 #include "app/feet.h"
 #include "app/progress.h"
-#include "app/sink.h"
-#include "app/terminal.h"
+#include "app/rows.h"
 #include "app/solve.h"
+#include "app/terminal.h"
 #include "core/vec.h"
 
 #include <stdlib.h>
@@ -26,10 +26,7 @@ typedef struct run {
     sinks sinks;
     summary summary;
     double clear_z_mm;
-    /* The position before the current point; `any`: there is one. */
-    bool any;
-    uint32_t last_pass;
-    btg_position last;
+    rows rows;
     btg_message message;
     /* One chunk. */
     btg_footprint_point points[CHUNK_MAX];
@@ -69,6 +66,10 @@ static int set_up(run *r) {
     if (status != BTG_OK) return app_complain(app_code(status), "%s", r->message.text);
     r->front = btg_method_front(r->method);
     status = sinks_open(&r->sinks, o, r->part, &r->tool, r->clear_z_mm, &r->message);
+    if (status == BTG_OK) {
+        r->rows = (rows){&r->feet, &r->tool, &r->sinks, &r->summary, .clear_z_mm = r->clear_z_mm};
+        status = rows_open(&r->rows, o, r->front, &r->message);
+    }
     if (status == BTG_OK) return APP_DONE;
     return app_complain(status == BTG_ERROR_FILE ? APP_FAILED : APP_UNUSABLE, "%s",
                         r->message.text);
@@ -76,76 +77,44 @@ static int set_up(run *r) {
 
 /* ---- solving ------------------------------------------------------------------------------ */
 
-/* Fills points from `next` on. A chunk never ends with the lift before a point it lacks: that
- * lift leans as the point's tool does. */
-static size_t take_chunk(run *r, size_t next, size_t most) {
-    size_t n = r->feet.total - next < most ? r->feet.total - next : most;
-    for (size_t i = 0; i < n; i++)
-        r->points[i] = feet_at(&r->feet, next + i);
-    bool early = n > 1 && r->points[n - 1].lift && r->points[n - 2].pass != r->points[n - 1].pass;
-    return early ? n - 1 : n;
+/* Fills points from `next` on, those that are no lifts; returns how many. *passed: lifts too. */
+static size_t take_chunk(run *r, size_t next, size_t most, size_t *passed) {
+    size_t n = 0;
+    for (*passed = 0; *passed < most && next + *passed < r->feet.total; ++*passed) {
+        btg_footprint_point p = feet_at(&r->feet, next + *passed);
+        if (p.lift) continue;
+        r->xy[2 * n] = p.x_mm;
+        r->xy[2 * n + 1] = p.y_mm;
+        r->points[n++] = p;
+    }
+    return n;
 }
 
-/* `near`: the position that the lift belongs to. */
-static btg_position lift_over(const run *r, btg_footprint_point point, const btg_position *near) {
-    btg_position lift = {.foot_x_mm = point.x_mm, .foot_y_mm = point.y_mm};
-    lift.tip = vec(point.x_mm, point.y_mm, r->clear_z_mm);
-    lift.axis = vec(0, 0, 1);
-    if (near->status == BTG_NO_CONTACT) return lift;
-    double z = btg_post_lift_z(&r->tool, near->axis, r->clear_z_mm);
-    lift.axis = near->axis;
-    lift.tip = vec(near->tip.x, near->tip.y, fmax(z, near->tip.z));
-    return lift;
-}
-
-static int refuse_position(const btg_row *row) {
+static int refuse_position(const btg_footprint_point *p, const btg_position *position) {
     return app_complain(APP_FAILED,
                         "pass %lu, point %lu, at %.9g, %.9g mm: no answer (%s); try another "
                         "--tolerance or --backend",
-                        (unsigned long)row->pass, (unsigned long)row->point,
-                        row->position.foot_x_mm, row->position.foot_y_mm, btg_row_status(row));
+                        (unsigned long)p->pass, (unsigned long)p->point, p->x_mm, p->y_mm,
+                        btg_status_name(position->status));
 }
 
-/* Gives the chunk's rows to the sinks; r->positions answers the points that are no lifts. */
-static int give_chunk(run *r, size_t count) {
-    size_t k = 0;
-    for (size_t i = 0; i < count; i++) {
-        const btg_footprint_point *p = &r->points[i];
-        btg_row row = {.pass = p->pass, .point = p->point, .lift = p->lift != 0};
-        if (p->lift) {
-            bool after = r->any && r->last_pass == p->pass;
-            row.position = lift_over(r, *p, after ? &r->last : &r->positions[k]);
-        } else {
-            row.position = r->last = r->positions[k++];
-            r->last_pass = p->pass;
-            r->any = true;
-            if (row.position.status < 0) return refuse_position(&row);
-        }
-        summary_add(&r->summary, &row);
-        sinks_row(&r->sinks, &row, feet_linked(&r->feet, *p));
-    }
-    return APP_DONE;
+static int refuse_work(const run *r, btg_status status) {
+    return app_complain(APP_FAILED, "method %s, back end %s: failed (%s); try another --backend",
+                        r->options.method, btg_method_backend_name(r->method),
+                        btg_status_name(status));
 }
 
 static int solve_chunk(run *r, size_t count, double *seconds) {
-    size_t solved = 0;
-    for (size_t i = 0; i < count; i++) {
-        if (r->points[i].lift) continue;
-        r->xy[2 * solved] = r->points[i].x_mm;
-        r->xy[2 * solved + 1] = r->points[i].y_mm;
-        solved++;
-    }
     double begin = app_seconds();
-    btg_status status = btg_backend_positions(r->front, r->xy, solved, r->positions, NULL);
+    btg_status status = btg_backend_positions(r->front, r->xy, count, r->positions, NULL);
     *seconds = app_seconds() - begin;
     r->summary.seconds += *seconds;
-    if (status < 0) {
-        return app_complain(
-            APP_FAILED, "method %s, back end %s: failed (%s); try another --backend",
-            r->options.method, btg_method_backend_name(r->method), btg_status_name(status));
+    if (status < 0) return refuse_work(r, status);
+    for (size_t i = 0; i < count; i++) {
+        if (r->positions[i].status < 0) return refuse_position(&r->points[i], &r->positions[i]);
+        status = rows_add(&r->rows, r->points[i], &r->positions[i]);
+        if (status < 0) return refuse_work(r, status);
     }
-    int code = give_chunk(r, count);
-    if (code != APP_DONE) return code;
     if (sinks_check(&r->sinks, &r->message) == BTG_OK) return APP_DONE;
     return app_complain(APP_FAILED, "%s", r->message.text);
 }
@@ -156,15 +125,18 @@ static int solve(run *r) {
     int code = APP_DONE;
     for (size_t next = 0; next < r->feet.total && code == APP_DONE;) {
         double seconds;
-        size_t n = take_chunk(r, next, chunk);
+        size_t passed, n = take_chunk(r, next, chunk, &passed);
         code = solve_chunk(r, n, &seconds);
-        next += n;
+        next += passed;
         if (seconds < CHUNK_TIME_S / 2 && chunk < CHUNK_MAX) chunk *= 2;
         if (seconds > CHUNK_TIME_S * 2 && chunk > CHUNK_MIN) chunk /= 2;
         progress_show(&bar, next, next);
     }
     progress_end(&bar);
-    return code;
+    if (code != APP_DONE) return code;
+    btg_status status = rows_end(&r->rows);
+    if (status < 0) return refuse_work(r, status);
+    return APP_DONE;
 }
 
 /* ---- the end ------------------------------------------------------------------------------ */
@@ -220,6 +192,7 @@ int app_path(int count, char **words) {
             if (code == APP_DONE) code = finish(r);
         }
     }
+    rows_close(&r->rows);
     sinks_close(&r->sinks);
     feet_close(&r->feet);
     btg_method_close(r->method);

@@ -75,6 +75,17 @@ static bool check_machine(const path_options *o) {
     return true;
 }
 
+/* What the motion between positions is made of. */
+static bool check_motion(const path_options *o) {
+    bool proven = strcmp(o->method, "vcrf") == 0 && !o->raw;
+    if (o->chord_mm > 0 && !proven)
+        return app_refuse("--chord-tolerance",
+                          "wants positions that are proven; drop --raw and --method");
+    if (o->max_axis_change_deg > 0 && o->solver.spin != BTG_SPIN_NONE)
+        return app_refuse("--max-axis-change", "is for tools without spin; drop --spin");
+    return true;
+}
+
 bool options_parse(int count, char **words, path_options *options) {
     bool only_parts = false;
     options_default(options);
@@ -93,6 +104,6 @@ bool options_parse(int count, char **words, path_options *options) {
         if (!taken) return false;
     }
     if (options->help) return true;
-    if (options->part) return check_machine(options);
+    if (options->part) return check_machine(options) && check_motion(options);
     return app_refuse("path", "no part; give a glTF file, see 'bitangent help path'");
 }

@@ -36,6 +36,8 @@ typedef struct path_options {
     double spindle_rpm;
     double motion_tolerance_mm; /* between positions */
     uint32_t tool_number;
+    double chord_mm;            /* deepest in the part between positions; 0: not looked at */
+    double max_axis_change_deg; /* per mm of the footprint; 0: any */
 
     const char *method;
     double ray_spacing_mm; /* of the methods that fire rays from a grid */

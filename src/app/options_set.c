@@ -324,6 +324,20 @@ static bool set_motion_tolerance(path_options *o, const char *name, const char *
     return true;
 }
 
+static bool set_chord_tolerance(path_options *o, const char *name, const char *value) {
+    double mm;
+    if (!get_number(name, value, &mm)) return false;
+    if (!(mm >= 1e-6 && mm <= 1)) return app_refuse(name, "'%s'; give 1e-6 to 1 mm", value);
+    o->chord_mm = mm;
+    return true;
+}
+
+static bool set_max_axis_change(path_options *o, const char *name, const char *value) {
+    if (!get_positive(name, value, &o->max_axis_change_deg)) return false;
+    if (o->max_axis_change_deg <= 1e6) return true;
+    return app_refuse(name, "'%s'; give at most 1e6 degrees per mm", value);
+}
+
 static bool set_tool_number(path_options *o, const char *name, const char *value) {
     if (number_parse_count(value, &o->tool_number) && o->tool_number <= 99999999) return true;
     return app_refuse(name, "'%.100s'; give a whole number of up to 8 digits", value);
@@ -400,6 +414,8 @@ const option path_option_list[] = {
     {"--tool-number", set_tool_number, false},
     {"--spindle", set_spindle, false},
     {"--motion-tolerance", set_motion_tolerance, false},
+    {"--chord-tolerance", set_chord_tolerance, false},
+    {"--max-axis-change", set_max_axis_change, false},
     {"--gltf-unit", set_unit, false},
     {"--up", set_up, false},
     {"--use-mesh", set_use_mesh, true},

@@ -106,7 +106,7 @@ void sinks_row(sinks *s, const btg_row *row, bool linked) {
             if (!row->lift) btg_picture_add(&k->picture, &row->position);
         } else if (k->kind == OUTPUT_GLB || k->kind == OUTPUT_HTML) {
             btg_scene_add(&k->scene, row, linked);
-        } else if (row->lift) {
+        } else if (row->lift && !row->between) {
             /* APT and programs make their own retracts, also where the path has none. */
         } else if (k->kind == OUTPUT_CL) {
             btg_apt_add(&k->apt, &row->position, linked);

@@ -42,7 +42,7 @@ static double median(const summary *s) {
 }
 
 static double rate(const summary *s) {
-    return s->seconds > 0 ? (double)s->positions / s->seconds : 0;
+    return s->seconds > 0 ? (double)(s->positions - s->motion.inserted) / s->seconds : 0;
 }
 
 static const char *footprint_word(const path_options *o) {
@@ -134,6 +134,26 @@ static void print_statuses(const summary *s, FILE *file) {
     if (s->lifts > 0) fprintf(file, "            %-14s %10" PRIu64 "\n", "lift", s->lifts);
 }
 
+static void print_motion(const summary *s, FILE *file) {
+    const btg_motion_info *m = &s->motion;
+    const path_options *o = s->options;
+    const char *label = "motion";
+    if (o->chord_mm > 0) {
+        fprintf(file,
+                "motion      in the part by at most %.3g mm: %" PRIu64
+                " positions inserted, %" PRIu64 " hops, %" PRIu64 " retracts; %" PRIu64
+                " moments in %.3g s\n",
+                m->bound_mm, m->inserted, m->hops, m->retracts, m->moments, s->motion_seconds);
+        label = "";
+    }
+    if (o->max_axis_change_deg > 0) {
+        fprintf(file,
+                "%-11s axes turn by at most %.6g deg/mm: %" PRIu64
+                " positions lean less and lose their second contact\n",
+                label, o->max_axis_change_deg, m->leant);
+    }
+}
+
 static void print_program(const btg_program_info *p, const char *machine, FILE *file) {
     fprintf(file,
             "program     for %s: %" PRIu64 " blocks, %" PRIu64 " inserted, %" PRIu64
@@ -168,6 +188,7 @@ void summary_print(const summary *s, FILE *file) {
                 s->times.upload_s, s->times.device_s, s->times.readback_s,
                 o->raw ? "not polished:" : "polish and proof", s->times.polish_s);
     }
+    if (s->motion.given > 0) print_motion(s, file);
     if (s->program) print_program(s->program, o->machine, file);
     for (int i = 0; i < o->output_count; i++) {
         fprintf(file, "%-11s %s\n", i == 0 ? "wrote" : "", o->outputs[i].path);
@@ -231,6 +252,21 @@ static void json_statuses(const summary *s, btg_json *json) {
     btg_json_close(json, '}');
 }
 
+static void json_motion(const summary *s, btg_json *json) {
+    const btg_motion_info *m = &s->motion;
+    btg_json_open(json, "motion", '{');
+    btg_json_number(json, "chord_tolerance_mm", s->options->chord_mm);
+    btg_json_number(json, "max_axis_change_deg_per_mm", s->options->max_axis_change_deg);
+    btg_json_number(json, "bound_mm", m->bound_mm);
+    btg_json_count(json, "inserted", m->inserted);
+    btg_json_count(json, "hops", m->hops);
+    btg_json_count(json, "retracts", m->retracts);
+    btg_json_count(json, "leant", m->leant);
+    btg_json_count(json, "moments", m->moments);
+    btg_json_number(json, "seconds", s->motion_seconds);
+    btg_json_close(json, '}');
+}
+
 static void json_program(const btg_program_info *p, const char *machine, btg_json *json) {
     btg_json_open(json, "program", '{');
     btg_json_string(json, "machine", machine);
@@ -287,6 +323,7 @@ void summary_json(const summary *s, btg_json *json) {
     btg_json_string(json, "footprint", footprint_word(o));
     json_part(s, json);
     json_tool(&o->tool, json);
+    if (s->motion.given > 0) json_motion(s, json);
     if (s->program) json_program(s->program, o->machine, json);
     btg_json_open(json, "files", '[');
     for (int i = 0; i < o->output_count; i++)

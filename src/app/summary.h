@@ -3,6 +3,7 @@
 #define BTG_APP_SUMMARY_H
 
 #include "app/options.h"
+#include "bitangent/motion.h"
 #include "bitangent/post.h"
 #include "io/json.h"
 #include "methods/method.h"
@@ -29,6 +30,8 @@ typedef struct summary {
     uint64_t spin_met;                   /* of those, with the spin that was asked for */
     double tilt_min_deg, tilt_max_deg;
     uint64_t tilt_bins[TILT_BINS];
+    btg_motion_info motion; /* of the way between positions, where it was looked at */
+    double motion_seconds;
     const btg_program_info *program; /* of the .ngc file; NULL: none */
 } summary;
 

@@ -8,7 +8,9 @@
 
 typedef struct btg_row {
     uint32_t pass, point;
-    bool lift; /* a retract: footprint, tip and axis of `position` alone count */
+    bool lift;    /* a retract: footprint, tip and axis of `position` alone count */
+    bool between; /* put between two positions: a solved one, or with `lift` a move over the part;
+                     pass and point are those of the row before */
     btg_position position;
 } btg_row;
 
