@@ -9,6 +9,8 @@
 
 bool verify_ok(const verify_report *v) {
     const verify_options *o = v->options;
+    /* Shank or holder in the part are no gouge of the field, and worse. */
+    if (isfinite(o->max_gouge_mm) && v->result.collisions > 0) return false;
     return v->result.max_gouge_mm <= o->max_gouge_mm &&
            v->result.max_scallop_mm <= o->max_scallop_mm && v->track->missing == 0 &&
            v->track->reader.haste <= HASTE_MAX;

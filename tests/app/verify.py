@@ -8,6 +8,7 @@ import csv
 import json
 import math
 import os
+import random
 import re
 import struct
 import subprocess
@@ -149,6 +150,8 @@ class Verify(program.Case):
         self.assertGreater(v["collisions"], 0)
         self.assertGreater(v["collision_mm"], 0)
         self.assertIn("position", v["collision_at"])
+        v = self.verify(self.path_csv, *wide, *LIMITS, code=1)
+        self.assertLessEqual(v["max_gouge_mm"], 0.045)
 
     # ---- programs
 
@@ -277,6 +280,31 @@ class Verify(program.Case):
             ("CUTTER/3\nGOTO/1,2,3\n", ":1: CUTTER"), ("GOTO/1e9,2,3\n", ":1: the tip"),
         ):
             refuse(self.part, self.write("bad.cl", text), say=say)
+
+    def test_damage(self):
+        """Bytes of sound files changed, lost and doubled: an answer, or one line that says why not."""
+        random_, codes = random.Random(3), set()
+        self.program("siemens")
+        files = {"csv": self.path_csv, "cl": self.path_cl, "ngc": self.at("path.ngc")}
+        for i in range(30 if os.environ.get("BTG_TEST_QUICK") else 90):
+            kind = ("csv", "cl", "ngc")[i % 3]
+            with open(files[kind], "rb") as f:
+                data = bytearray(f.read(6000))
+            for _ in range(random_.randrange(1, 4)):
+                at, size = random_.randrange(len(data)), random_.randrange(1, 30)
+                piece = [b"", bytes(data[at:at + size]) * 2, bytes([random_.randrange(256)]),
+                         random_.choice([b"-", b"e9", b"1e999", b"nan", b"9" * 40, b"\n", b",", b"$\n"])]
+                data[at:at + size] = random_.choice(piece)
+            words = ("--machine", "siemens") if kind == "ngc" else ()
+            done = self.run_program("verify", self.part, self.write("damaged." + kind, bytes(data)), *words,
+                                    "--tool", "4,3", "--grid", "3", "--sweep-error", "0.5", "--quiet")
+            codes.add(done.returncode)
+            self.assertIn(done.returncode, (0, 1, 2), (kind, data))
+            self.assertLessEqual(done.stderr.count(b"\n"), 1, done.stderr)
+            if done.returncode == 2:
+                self.assertIn(b"damaged." + kind.encode(), done.stderr)
+        self.assertIn(2, codes)
+        self.assertTrue(codes & {0, 1})
 
     def test_help(self):
         for words in (["help", "verify"], ["verify", "--help"]):
