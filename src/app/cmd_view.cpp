@@ -1,6 +1,5 @@
 /* `bitangent view`: a window on a part and a path over it, or one picture of them. */
-#include "view/frame.h"
-#include "view/pose.h"
+#include "view/window.h"
 #include "view/worker.h"
 
 extern "C" {
@@ -9,32 +8,9 @@ extern "C" {
 #include "io/json.h"
 }
 
-#include <algorithm>
-#include <cmath>
 #include <memory>
 
 namespace {
-
-/* How much there is to see: a tilt, and contacts that are apart. */
-double worth(const view::pose &at) {
-    return at.has_q ? (0.01 + at.tilt_rad) * glm::distance(at.p, at.q) : 0;
-}
-
-/* Of the positions with about as much to see as any, the one nearest the middle of the part. */
-std::size_t best_row(const view::subject &part, const view::tour &t) {
-    glm::dvec3 middle = 0.5 * (view::to_glm(part.info.box_min) + view::to_glm(part.info.box_max));
-    double most = 0, nearest = INFINITY;
-    std::size_t best = 0;
-    for (const btg_row &row : t.rows)
-        most = std::max(most, worth(view::pose_of(part.tool, row.position)));
-    for (std::size_t i = 0; i < t.rows.size(); i++) {
-        view::pose at = view::pose_of(part.tool, t.rows[i].position);
-        double away = glm::distance(at.tip, middle);
-        if (!at.placed || worth(at) < 0.6 * most || !(away < nearest)) continue;
-        nearest = away, best = i;
-    }
-    return best;
-}
 
 int load(const view_options &o, view::state *s) {
     btg_status status = BTG_OK;
@@ -52,7 +28,10 @@ int load(const view_options &o, view::state *s) {
     if (o.position > s->path->rows.size())
         return app_complain(APP_UNUSABLE, "--position: the path has %zu positions, no %lu",
                             s->path->rows.size(), static_cast<unsigned long>(o.position));
-    s->at = o.position > 0 ? o.position - 1 : best_row(*s->part, *s->path);
+    if (o.position > 0)
+        go_to(s, o.position - 1);
+    else
+        go_to_best(s);
     s->method = o.path.method, s->backend = o.path.backend;
     return APP_DONE;
 }
@@ -93,6 +72,7 @@ int report(const view_options &o, const view::state &s, const view::frame_facts 
     btg_json_count(&json, "positions", s.path->rows.size());
     btg_json_count(&json, "position", s.at + 1);
     btg_json_count(&json, "frames", facts.frames);
+    btg_json_string(&json, "method", s.method.c_str());
     btg_json_string(&json, "backend", s.path->backend.c_str());
     pixel(&json, "p_pixel", facts.p_pixel);
     pixel(&json, "q_pixel", facts.q_pixel);
@@ -121,6 +101,17 @@ int screenshot(const view_options &o, view::state *s) {
     return report(o, *s, facts);
 }
 
+int window(const view_options &o, view::state *s) {
+    view::window_def def = {o.width, o.height, &o.path, {}};
+    view::frame_facts facts;
+    btg_message message;
+    for (int i = 0; i < o.key_count; i++)
+        def.keys.push_back(o.keys[i]);
+    if (show_window(s, def, &facts, &message) != BTG_OK)
+        return app_complain(APP_FAILED, "%s", message.text);
+    return report(o, *s, facts);
+}
+
 int run(const view_options &o) {
     view::state s;
     int code = check_words(o);
@@ -133,7 +124,7 @@ int run(const view_options &o) {
     else
         look_at_tool(&s);
     if (o.screenshot) return screenshot(o, &s);
-    return app_complain(APP_UNUSABLE, "view: this version has no window; give --screenshot FILE");
+    return window(o, &s);
 }
 
 } // namespace

@@ -16,7 +16,8 @@ bool draw_frame(scene *s, panel *p, state *st, int width, int height, frame_fact
     if (!canvas_begin(s->on, width, height, why) || !scene_update(s, *st, why)) return false;
     scene_draw(s, *st);
     canvas_flatten(s->on);
-    panel_say(st, *s, width, height);
+    ImVec2 room = ImGui::GetIO().DisplaySize;
+    panel_say(st, *s, static_cast<int>(room.x), static_cast<int>(room.y));
     ImGui::Render();
     panel_draw(p, width, height);
     const btg_row *row = current(*st);

@@ -16,8 +16,9 @@ extern "C" {
 
 namespace view {
 
-/* Positions between two looks at the clock or at `stop`. */
-static constexpr std::size_t chunk = 256;
+/* Positions between two looks at `stop`: few at first, then as many as take about this long. */
+static constexpr std::size_t chunk_min = 16, chunk_max = 4096;
+static constexpr double chunk_s = 0.05;
 /* What a path read back may stand off the part, and still touch it. */
 static constexpr double touch_mm = 0.01;
 /* Nodes a search for a contact visits at most: where it is not found soon there is none to see. */
@@ -138,21 +139,24 @@ static btg_status collect_feet(const subject &s, const path_options &options, to
 
 static btg_status solve_rows(btg_backend *backend, const std::vector<double> &xy, work *w, tour *t,
                              btg_message *message) {
-    std::vector<btg_position> positions(chunk);
+    std::vector<btg_position> positions(chunk_max);
+    std::size_t chunk = chunk_min;
     w->all = t->rows.size();
-    for (std::size_t next = 0; next < t->rows.size() && !w->stop; next += chunk) {
+    for (std::size_t next = 0; next < t->rows.size() && !w->stop;) {
         std::size_t n = std::min(chunk, t->rows.size() - next);
         double begin = app_seconds();
         btg_status status =
             btg_backend_positions(backend, &xy[2 * next], n, positions.data(), nullptr);
-        t->seconds += app_seconds() - begin;
+        double seconds = app_seconds() - begin;
+        t->seconds += seconds;
         if (status < 0)
             return say(message, status,
                        std::string("back end ") + btg_backend_name(backend) + ": failed (" +
                            btg_status_name(status) + "); try another --backend");
         for (std::size_t i = 0; i < n; i++)
             t->rows[next + i].position = positions[i];
-        w->done = next + n;
+        w->done = next += n;
+        if (seconds < chunk_s / 2 && chunk < chunk_max) chunk *= 2;
     }
     return BTG_OK;
 }

@@ -192,17 +192,14 @@ static void switches(state *st) {
 }
 
 static void chooser(state *st, const char *text, const std::vector<std::string> &names,
-                    std::string *name) {
+                    const std::string &name, void (*choose)(state *st, const std::string &name)) {
     ImGui::TextDisabled("%s", text);
     ImGui::SameLine(104);
     ImGui::SetNextItemWidth(-1);
     ImGui::PushID(text);
-    if (ImGui::BeginCombo("##names", name->c_str())) {
+    if (ImGui::BeginCombo("##names", name.c_str())) {
         for (const std::string &other : names)
-            if (ImGui::Selectable(other.c_str(), other == *name) && other != *name) {
-                *name = other;
-                st->recompute = true;
-            }
+            if (ImGui::Selectable(other.c_str(), other == name) && other != name) choose(st, other);
         ImGui::EndCombo();
     }
     ImGui::PopID();
@@ -211,8 +208,8 @@ static void chooser(state *st, const char *text, const std::vector<std::string> 
 /* Choosing another solves the path again, even one that came from a file. */
 static void solver(state *st) {
     static const std::vector<std::string> methods = method_names(), backends = backend_names();
-    chooser(st, "method (M)", methods, &st->method);
-    chooser(st, "back end (B)", backends, &st->backend);
+    chooser(st, "method (M)", methods, st->method, choose_method);
+    chooser(st, "back end (B)", backends, st->backend, choose_backend);
     if (st->working.empty()) return;
     ImGui::ProgressBar(static_cast<float>(st->worked), {-1, 0}, st->working.c_str());
 }
@@ -269,12 +266,13 @@ static void help_panel(int height) {
 }
 
 static void note_panel(const state &st, int width) {
-    ImGui::SetNextWindowPos({0.5f * (static_cast<float>(width) - panel_width), margin},
-                            ImGuiCond_Always, {0.5f, 0});
+    ImGui::SetNextWindowPos({margin, margin});
     ImGui::Begin("note", nullptr,
                  ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_AlwaysAutoResize |
                      ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoInputs);
+    ImGui::PushTextWrapPos(0.45f * static_cast<float>(width));
     ImGui::TextUnformatted(st.note.c_str());
+    ImGui::PopTextWrapPos();
     ImGui::End();
 }
 

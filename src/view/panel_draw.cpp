@@ -121,7 +121,7 @@ void panel_close(panel *p) {
     *p = panel();
 }
 
-static void draw_list(panel *p, const ImDrawList *list, int height) {
+static void draw_list(panel *p, const ImDrawList *list, int height, float scale) {
     const btg_gl *gl = p->gl;
     gl->BufferData(GL_ARRAY_BUFFER,
                    static_cast<GLsizeiptr>(sizeof(ImDrawVert)) * list->VtxBuffer.Size,
@@ -130,8 +130,9 @@ static void draw_list(panel *p, const ImDrawList *list, int height) {
                    static_cast<GLsizeiptr>(sizeof(ImDrawIdx)) * list->IdxBuffer.Size,
                    list->IdxBuffer.Data, GL_STREAM_DRAW);
     for (const ImDrawCmd &c : list->CmdBuffer) {
-        int x = static_cast<int>(c.ClipRect.x), y = static_cast<int>(c.ClipRect.y);
-        int right = static_cast<int>(c.ClipRect.z), bottom = static_cast<int>(c.ClipRect.w);
+        int x = static_cast<int>(scale * c.ClipRect.x), y = static_cast<int>(scale * c.ClipRect.y);
+        int right = static_cast<int>(scale * c.ClipRect.z);
+        int bottom = static_cast<int>(scale * c.ClipRect.w);
         if (right <= x || bottom <= y || c.UserCallback) continue;
         gl->Scissor(x, height - bottom, right - x, bottom - y);
         gl->DrawElements(GL_TRIANGLES, static_cast<GLsizei>(c.ElemCount),
@@ -143,7 +144,9 @@ static void draw_list(panel *p, const ImDrawList *list, int height) {
 void panel_draw(panel *p, int width, int height) {
     const btg_gl *gl = p->gl;
     ImDrawData *data = ImGui::GetDrawData();
-    if (!data) return;
+    if (!data || !(data->DisplaySize.y > 0)) return;
+    /* Pixels to a unit of the window's. */
+    float scale = static_cast<float>(height) / data->DisplaySize.y;
     gl->Viewport(0, 0, width, height);
     gl->Disable(GL_DEPTH_TEST);
     gl->Disable(GL_CULL_FACE);
@@ -151,13 +154,13 @@ void panel_draw(panel *p, int width, int height) {
     gl->BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
     gl->Enable(GL_SCISSOR_TEST);
     gl->UseProgram(p->program);
-    gl->Uniform2f(p->at_size, static_cast<float>(width), static_cast<float>(height));
+    gl->Uniform2f(p->at_size, data->DisplaySize.x, data->DisplaySize.y);
     gl->ActiveTexture(GL_TEXTURE0);
     gl->BindTexture(GL_TEXTURE_2D, p->font);
     gl->BindVertexArray(p->array);
     gl->BindBuffer(GL_ARRAY_BUFFER, p->buffers[0]);
     for (int i = 0; i < data->CmdListsCount; i++)
-        draw_list(p, data->CmdLists[i], height);
+        draw_list(p, data->CmdLists[i], height, scale);
     gl->BindVertexArray(0);
     gl->Disable(GL_SCISSOR_TEST);
 }

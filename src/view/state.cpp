@@ -7,6 +7,7 @@ extern "C" {
 }
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstring>
 
@@ -65,12 +66,70 @@ void advance(state *s, double seconds) {
     if (s->at + 1 >= s->path->rows.size()) s->playing = false;
 }
 
+/* How much there is to see: a tilt, and contacts that are apart. */
+static double worth(const pose &at) {
+    return at.has_q ? (0.01 + at.tilt_rad) * glm::distance(at.p, at.q) : 0;
+}
+
+/* Of the positions with about as much to see as any, the one nearest the middle of the part. */
+void go_to_best(state *s) {
+    if (!s->path || !s->part) return;
+    const subject &part = *s->part;
+    const std::vector<btg_row> &rows = s->path->rows;
+    glm::dvec3 middle = 0.5 * (to_glm(part.info.box_min) + to_glm(part.info.box_max));
+    double most = 0, nearest = INFINITY;
+    std::size_t best = 0;
+    for (const btg_row &row : rows)
+        most = std::max(most, worth(pose_of(part.tool, row.position)));
+    for (std::size_t i = 0; i < rows.size(); i++) {
+        pose at = pose_of(part.tool, rows[i].position);
+        double away = glm::distance(at.tip, middle);
+        if (!at.placed || worth(at) < 0.6 * most || !(away < nearest)) continue;
+        nearest = away, best = i;
+    }
+    go_to(s, best);
+}
+
 void set_path(state *s, std::shared_ptr<tour> path) {
     s->path = std::move(path);
     s->left = nullptr;
     s->uncuttable = false;
     std::size_t count = s->path ? s->path->rows.size() : 0;
     s->at = count > 0 ? std::min(s->at, count - 1) : 0;
+}
+
+/* ---- files dropped on it ------------------------------------------------------------------ */
+
+static bool is_part(const std::string &file) {
+    std::size_t dot = file.find_last_of("./");
+    std::string ending = dot == std::string::npos ? "" : file.substr(dot);
+    for (char &c : ending)
+        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return ending == ".gltf" || ending == ".glb";
+}
+
+void open_dropped(state *s, const path_options &options) {
+    std::string file = std::move(s->dropped);
+    btg_status status = BTG_OK;
+    btg_message message = {};
+    work w;
+    s->dropped.clear();
+    s->note.clear();
+    if (is_part(file)) {
+        std::shared_ptr<subject> part = load_subject(options, file.c_str(), &status, &message);
+        if (part) {
+            set_path(s, nullptr);
+            s->part = part;
+            s->recompute = true;
+            look_at_part(s);
+        }
+    } else if (std::shared_ptr<tour> path =
+                   load_tour(*s->part, options, file.c_str(), &w, &status, &message)) {
+        set_path(s, path);
+        go_to_best(s);
+        look_at_tool(s);
+    }
+    if (status < 0) s->note = message.text;
 }
 
 /* ---- the camera --------------------------------------------------------------------------- */
@@ -167,12 +226,27 @@ static void flip(bool *b) {
     *b = !*b;
 }
 
-/* The next of `names` after `*name`, which is asked of the solver. */
-static void choose_next(state *s, const std::vector<std::string> &names, std::string *name) {
+static std::string next_of(const std::vector<std::string> &names, const std::string &name) {
     std::size_t at = 0;
-    while (at < names.size() && names[at] != *name)
+    while (at < names.size() && names[at] != name)
         at++;
-    *name = names[at < names.size() ? (at + 1) % names.size() : 0];
+    return names[at < names.size() ? (at + 1) % names.size() : 0];
+}
+
+static bool uses_backend(const std::string &method) {
+    btg_method_info info;
+    return btg_method_find(method.c_str(), &info) && info.uses_backend;
+}
+
+void choose_method(state *s, const std::string &name) {
+    s->method = name;
+    if (!uses_backend(name)) s->backend = "auto";
+    s->recompute = true;
+}
+
+void choose_backend(state *s, const std::string &name) {
+    s->backend = name;
+    if (!uses_backend(s->method)) s->method = "vcrf";
     s->recompute = true;
 }
 
@@ -223,11 +297,12 @@ static const binding bindings[] = {
     {"l", [](state *s) { flip(&s->lean); }},
     {"r", [](state *s) { flip(&s->trail); }},
     {"g", [](state *s) { flip(&s->gouge); }},
-    {"b", [](state *s) { choose_next(s, backend_names(), &s->backend); }},
-    {"m", [](state *s) { choose_next(s, method_names(), &s->method); }},
+    {"b", [](state *s) { choose_backend(s, next_of(backend_names(), s->backend)); }},
+    {"m", [](state *s) { choose_method(s, next_of(method_names(), s->method)); }},
     {"s", [](state *s) { s->save_picture = true; }},
     {"h", [](state *s) { flip(&s->help); }},
     {"tab", [](state *s) { flip(&s->panel); }},
+    {"wait", [](state *) {}},
     {"q", [](state *s) { s->quit = true; }},
     {"escape", [](state *s) { s->quit = true; }},
 };

@@ -52,6 +52,12 @@ void step_pass(state *s, int direction);
 /* Moves on by `seconds` while playing; stops at the end. */
 void advance(state *s, double seconds);
 
+/* To a position where there is much to see, in the middle of the part rather than at its edge. */
+void go_to_best(state *s);
+
+/* s->dropped: a part, over which a path is then solved, or a path over this part. */
+void open_dropped(state *s, const path_options &options);
+
 /* A new path: the camera and the row stay where they fit. */
 void set_path(state *s, std::shared_ptr<tour> path);
 
@@ -70,6 +76,10 @@ bool key_known(const std::string &key);
 /* What can be chosen: back ends that are ready, "auto" first; methods. */
 std::vector<std::string> backend_names();
 std::vector<std::string> method_names();
+/* The path is to be solved again by it. A method that works by itself and a back end exclude each
+ * other: the one chosen last counts. */
+void choose_method(state *s, const std::string &name);
+void choose_backend(state *s, const std::string &name);
 
 struct key_help {
     const char *keys, *meaning;

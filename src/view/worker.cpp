@@ -39,10 +39,13 @@ static void hand_over(worker *w, state *s) {
     if (w->status < 0 && !solved) s->uncuttable = true;
     if (w->status >= 0 && !w->progress.stop && w->part == s->part) {
         s->note.clear();
-        if (solved)
-            set_path(s, w->path);
-        else if (w->path == s->path)
-            s->left = w->left;
+        bool first = solved && !s->path;
+        if (solved) set_path(s, w->path);
+        if (first) {
+            go_to_best(s);
+            look_at_tool(s);
+        }
+        if (!solved && w->path == s->path) s->left = w->left;
     }
     /* A method or back end that cannot do it is not what is shown. */
     if (s->path && !s->recompute && s->path->file.empty())

@@ -224,6 +224,141 @@ class Screenshot(View):
         self.assertEqual(self.good("view", "--help"), self.good("help", "view"))
 
 
+def count(picture, kind):
+    return sum(kind(picture.at(x, y)) for y in range(picture.height) for x in range(picture.width))
+
+
+def is_green(c):
+    return c[1] > c[0] + 20 and c[1] > c[2] + 8
+
+
+def is_purple(c):
+    return c[0] > c[1] + 30 and c[2] > c[1] + 25
+
+
+def is_deep_blue(c):
+    """What is left beside the passes: a ridge of some tenths."""
+    return c[2] > c[0] + 60
+
+
+class Switches(View):
+    """Every key changes the picture the way its name says."""
+
+    size = (320, 240)
+
+    def bare(self, *keys):
+        picture, _ = self.look("--keys", ",".join(("tab", "h", "l", "r") + keys), size=self.size)
+        return picture
+
+    def test_keys(self):
+        plain = self.bare()
+        clear, hidden = self.bare("t"), self.bare("t", "t")
+        gold = lambda c: c[0] > c[2] + 25 and abs(c[0] - c[1]) < 40
+        self.assertGreater(count(plain, gold), 2000)
+        self.assertLess(count(hidden, gold), 200)
+        self.assertNotEqual(clear.rows, plain.rows)
+        self.assertGreater(count(self.bare("t", "t", "i"), is_green), count(hidden, is_green) + 200)
+        self.assertGreater(count(self.bare("t", "t", "c"), is_purple), count(hidden, is_purple) + 20)
+        normals = self.bare("t", "t", "n")
+        self.assertGreater(count(normals, is_orange), count(hidden, is_orange) + 40)
+        self.assertGreater(count(normals, is_blue), count(hidden, is_blue) + 40)
+        self.assertEqual(self.bare(*"nniicctttgg").rows, plain.rows)
+
+    def test_left_and_gouged(self):
+        """Passes 20 mm apart leave blue ridges, the colours of 'verify'."""
+        off = self.bare("t", "t", "3", "a")
+        on = self.bare("t", "t", "3", "a", "g")
+        self.assertLess(count(off, is_deep_blue), 1000)
+        self.assertGreater(count(on, is_deep_blue), 3000)
+
+    def test_moving(self):
+        rows = self.path()
+        for keys, at in (("home", 1), ("end", len(rows)), ("home,right,right,left", 2),
+                         ("home,shift+right", 11), ("home,up", 8), ("home,up,up,down", 8),
+                         ("end,right", len(rows)), ("home,left", 1)):
+            _, facts = self.look("--keys", keys, size=(64, 64))
+            self.assertEqual(facts["position"], at, keys)
+
+    def test_solves_again(self):
+        _, first = self.look("--position", "10", "--backend", "cpu")
+        _, other = self.look("--position", "10", "--backend", "cpu", "--keys", "b")
+        self.assertEqual(first["backend"], "cpu")
+        self.assertNotEqual(other["backend"], "cpu")
+        for name in ("p_pixel", "q_pixel"):
+            for a, b in zip(first[name], other[name]):
+                self.assertAlmostEqual(a, b, delta=1)
+        _, method = self.look("--position", "10", "--keys", "m")
+        self.assertNotEqual(method["method"], first["method"])
+
+
+class Tracks(View):
+    def test_same_contacts(self):
+        """A CSV tells its contacts; of APT they are found on the part."""
+        rows = self.path("-o", self.at("p.cl"))
+        at = [i for i, r in enumerate(rows) if r["status"] == "two-contact"
+              and math.dist(vector(r, "p"), vector(r, "q")) > 2][0]
+        _, want = self.look("--position", str(at + 1), "--view-from", "iso")
+        for track in (self.at("out.csv"), self.at("p.cl")):
+            found = []
+            # Retracts come between in .cl.
+            for number in range(at + 1, at + 2 if track.endswith(".csv") else at + 8):
+                done = self.run_program("view", self.part, track, "--json", "--size", "320x200",
+                                        "--view-from", "iso", "--position", str(number),
+                                        "--screenshot", self.at("t.png"))
+                if done.returncode:
+                    break
+                facts = json.loads(done.stdout)
+                target = facts["camera"]["target_mm"]
+                if math.dist(target, want["camera"]["target_mm"]) < 1e-3:
+                    found = facts
+                    break
+            self.assertTrue(found, track)
+            for name in ("p_pixel", "q_pixel"):
+                self.assertEqual(len(found[name]), 2, (track, name))
+                for a, b in zip(found[name], want[name]):
+                    self.assertAlmostEqual(a, b, delta=0.5, msg=(track, name))
+
+
+class Window(View):
+    def show(self, *words, keys):
+        screen = ["xvfb-run", "-a", "-s", "-screen 0 640x480x24"]
+        try:
+            return subprocess.run(
+                [*screen, program.PROGRAM, "view", self.part, *self.steps, "--json", "--size",
+                 "400x300", "--keys", keys, *words],
+                stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL,
+                timeout=120, cwd=self.dir)
+        except FileNotFoundError:
+            self.skipTest("xvfb-run is missing; tools/setup installs it")
+
+    def test_plays_and_quits(self):
+        done = self.show(keys="home,space" + 8 * ",wait" + ",n,i,c,t,g,b,wait,s,space,q")
+        self.assertEqual((done.returncode, done.stderr), (0, b""))
+        facts = json.loads(done.stdout)
+        self.assertGreater(facts["position"], 1)
+        self.assertGreaterEqual(facts["frames"], 18)
+        picture = Picture(self.at("bitangent-view-001.png"))
+        self.assertEqual((picture.width, picture.height), (400, 300))
+        self.assertGreater(count(picture, is_blue), 30)
+
+    def test_same_picture(self):
+        """Window and screenshot show the same."""
+        done = self.show(keys="h,wait,wait,wait,s,q")
+        self.assertEqual((done.returncode, done.stderr), (0, b""))
+        window = Picture(self.at("bitangent-view-001.png"))
+        alone, _ = self.look("--keys", "h", size=(400, 300))
+        differ = sum(
+            max(abs(a - b) for a, b in zip(window.at(x, y), alone.at(x, y))) > 40
+            for y in range(300)
+            for x in range(400)
+        )
+        self.assertLess(differ, 0.02 * 400 * 300)
+
+    def test_no_display(self):
+        bare = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+        self.bad(1, "view", self.part, say="--screenshot", env=bare)
+
+
 if __name__ == "__main__":
     if len(sys.argv) < 2:
         sys.exit("usage: view.py PATH_OF_BITANGENT [unittest's own options]")
