@@ -99,7 +99,9 @@ static int refuse_position(const btg_footprint_point *p, const btg_position *pos
 }
 
 static int refuse_work(const run *r, btg_status status) {
-    return app_complain(APP_FAILED, "method %s, back end %s: failed (%s); try another --backend",
+    return app_complain(APP_FAILED,
+                        "method %s, back end %s: failed (%s); try another --backend, or "
+                        "NAME,auto, which goes on with another",
                         r->options.method, btg_method_backend_name(r->method),
                         btg_status_name(status));
 }
@@ -163,6 +165,9 @@ static int report(run *r) {
 
 static int finish(run *r) {
     r->summary.backend = btg_method_backend_name(r->method);
+    r->summary.note = btg_method_note(r->method);
+    if (r->summary.note[0])
+        app_complain(APP_DONE, "%s; back end %s went on", r->summary.note, r->summary.backend);
     r->summary.threads = btg_method_threads(r->method);
     r->summary.counts = btg_method_get_counts(r->method);
     btg_method_get_times(r->method, &r->summary.times);

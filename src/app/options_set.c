@@ -193,12 +193,17 @@ static bool set_backend(path_options *o, const char *name, const char *value) {
     char names[256] = "auto";
     o->backend = value;
     if (strcmp(value, "auto") == 0) return true;
+    size_t length = strcspn(value, ",");
+    bool any = strcmp(value + length, ",auto") == 0;
+    if (value[length] != '\0' && !any)
+        return app_refuse(name, "'%.100s'; give a name, auto, or NAME,auto", value);
     for (size_t i = 0; i < btg_backend_count(); i++) {
         btg_backend_info info;
         if (btg_backend_get_info(i, &info) != BTG_OK) continue;
         size_t used = strlen(names);
         snprintf(names + used, sizeof names - used, ", %s", info.name);
-        if (strcmp(value, info.name) != 0) continue;
+        if (strncmp(value, info.name, length) != 0 || info.name[length] != '\0') continue;
+        if (any) return true;
         if (info.state != BTG_BACKEND_NOT_BUILT) return true;
         return app_refuse(name, "'%s' is not built into this version; see 'bitangent info'", value);
     }

@@ -300,6 +300,7 @@ void summary_json(const summary *s, btg_json *json) {
     btg_json_number(json, "seconds", s->seconds);
     btg_json_number(json, "positions_per_second", rate(s));
     btg_json_string(json, "backend", s->backend);
+    btg_json_string(json, "backend_note", s->note);
     btg_json_open(json, "times", '{');
     btg_json_number(json, "upload_seconds", s->times.upload_s);
     btg_json_number(json, "device_seconds", s->times.device_s);

@@ -20,6 +20,7 @@ typedef struct summary {
     const path_options *options;
     btg_part_info part;
     const char *backend;
+    const char *note; /* what kept another back end from running; "": nothing */
     uint32_t threads;
     double seconds; /* solving alone */
     btg_backend_times times;

@@ -70,30 +70,37 @@ static btg_backend_state probe(const btg_backend_table *table, char why[256]) {
     return table->probe ? table->probe(why, 256) : BTG_BACKEND_NOT_BUILT;
 }
 
-static btg_status find(const char *name, const btg_backend_table **found, btg_message *message) {
-    bool any = !name || strcmp(name, "auto") == 0;
+/* Sets *found by name; with `,auto` behind it *any too, and then nobody need be ready. */
+static btg_status find(const char *name, const btg_backend_table **found, bool *any,
+                       btg_message *message) {
+    *found = NULL;
+    *any = !name || strcmp(name, "auto") == 0;
+    if (*any) return BTG_OK;
+    const char *comma = strchr(name, ',');
+    size_t length = comma ? (size_t)(comma - name) : strlen(name);
+    *any = comma && strcmp(comma, ",auto") == 0;
     for (size_t i = 0; i < btg_backend_registry_count; i++) {
         const btg_backend_table *table = btg_backend_registry[i];
-        if (!any && strcmp(name, table->name) != 0) continue;
-        char why[256];
-        btg_backend_state state = probe(table, why);
-        if (state == BTG_BACKEND_READY) {
-            *found = table;
-            return BTG_OK;
-        }
-        if (any) continue;
-        if (state == BTG_BACKEND_NOT_BUILT) {
-            return btg_fail(message, BTG_ERROR_NOT_BUILT,
-                            "back end '%s' is not built into this version; 'auto' takes one that "
-                            "is",
-                            name);
-        }
-        return btg_fail(message, BTG_ERROR_NO_DEVICE,
-                        "back end '%s' finds no device here: %s; 'auto' takes one that runs", name,
-                        why[0] ? why : "none at all");
+        if (strncmp(name, table->name, length) != 0 || table->name[length] != '\0') continue;
+        if (comma && !*any) break;
+        *found = table;
+        return BTG_OK;
     }
-    if (any) return btg_fail(message, BTG_ERROR_NO_DEVICE, "no back end is ready here");
     return unknown_name(name, message);
+}
+
+static btg_status check_ready(const btg_backend_table *table, btg_message *message) {
+    char why[256];
+    btg_backend_state state = probe(table, why);
+    if (state == BTG_BACKEND_READY) return BTG_OK;
+    if (state == BTG_BACKEND_NOT_BUILT) {
+        return btg_fail(message, BTG_ERROR_NOT_BUILT,
+                        "back end '%s' is not built into this version; 'auto' takes one that is",
+                        table->name);
+    }
+    return btg_fail(message, BTG_ERROR_NO_DEVICE,
+                    "back end '%s' finds no device here: %s; 'auto' takes one that runs",
+                    table->name, why[0] ? why : "none at all");
 }
 
 static btg_status make_setup(const btg_backend_def *def, const btg_part *part, const btg_tool *tool,
@@ -169,10 +176,15 @@ btg_status btg_backend_open(const btg_backend_def *def, const btg_part *part, co
     btg_backend_setup setup;
     const btg_backend_table *table = NULL;
     if (!backend) return btg_fail(message, BTG_ERROR_ARGUMENT, "back end: the result is NULL");
+    bool any = false;
     btg_status status = make_setup(def, part, tool, solver, &setup, message);
-    if (status == BTG_OK) status = find(def->name, &table, message);
+    if (status == BTG_OK) status = find(def->name, &table, &any, message);
+    if (status == BTG_OK && !any) status = check_ready(table, message);
     if (status != BTG_OK) return status;
-    return open_front(table, &setup, backend, message);
+    if (!any) return open_front(table, &setup, backend, message);
+    const btg_fallback_def all = {btg_backend_registry, btg_backend_registry_count, table};
+    setup.user = &all;
+    return open_front(&btg_backend_fallback, &setup, backend, message);
 }
 
 btg_status btg_backend_open_table(const btg_backend_table *table, const void *user,
@@ -202,7 +214,11 @@ void btg_backend_close(btg_backend *backend) {
 }
 
 const char *btg_backend_name(const btg_backend *backend) {
-    return backend->table->name;
+    return backend->table->ran ? backend->table->ran(backend->state) : backend->table->name;
+}
+
+const char *btg_backend_note(const btg_backend *backend) {
+    return backend->table->note ? backend->table->note(backend->state) : "";
 }
 
 uint32_t btg_backend_threads(const btg_backend *backend) {

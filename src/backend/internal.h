@@ -58,6 +58,10 @@ typedef struct btg_backend_table {
     size_t block;
     /* Optional: where a spin is searched for, the core may guess between tilts (core/spin.h). */
     bool guesses;
+    /* Optional, where one stands for others: who it was, and what the caller should know ("":
+     * nothing). */
+    const char *(*ran)(void *state);
+    const char *(*note)(void *state);
 } btg_backend_table;
 
 #define BTG_BACKEND_BLOCK 4096
@@ -70,6 +74,15 @@ extern const btg_backend_table btg_backend_cpu;
 extern const btg_backend_table btg_backend_reference;
 extern const btg_backend_table btg_backend_gl;     /* where it was built: BTG_HAVE_GL */
 extern const btg_backend_table btg_backend_vulkan; /* where it was built: BTG_HAVE_VULKAN */
+
+/* One that goes on with the next where a device fails (fallback.c), opened by
+ * btg_backend_open_table with one of these as `user`. */
+typedef struct btg_fallback_def {
+    const btg_backend_table *const *tables; /* in order of preference; up to 32 */
+    size_t count;
+    const btg_backend_table *first; /* one of them to begin with; NULL: the order decides */
+} btg_fallback_def;
+extern const btg_backend_table btg_backend_fallback;
 
 /* Opens a table that is not in the registry: a method that answers the two questions in its own
  * way (methods/method.h) is composed to positions by the same front. `user` goes to the table's

@@ -163,6 +163,11 @@ const char *btg_method_backend_name(const btg_method *method) {
     return b ? btg_backend_name(b) : "none";
 }
 
+const char *btg_method_note(const btg_method *method) {
+    const btg_backend *b = backend_of(method);
+    return b ? btg_backend_note(b) : "";
+}
+
 uint32_t btg_method_threads(const btg_method *method) {
     const btg_backend *b = backend_of(method);
     return b ? btg_backend_threads(b) : 1;

@@ -79,6 +79,8 @@ btg_backend *btg_method_front(const btg_method *method);
 const char *btg_method_backend_name(const btg_method *method);
 uint32_t btg_method_threads(const btg_method *method);
 void btg_method_get_times(const btg_method *method, btg_backend_times *times);
+/* btg_backend_note of the back end that answers; "" without one. */
+const char *btg_method_note(const btg_method *method);
 btg_method_counts btg_method_get_counts(const btg_method *method);
 
 #endif

@@ -31,7 +31,9 @@ BTG_API const char *btg_backend_state_name(btg_backend_state state);
 
 typedef struct btg_backend_def {
     uint32_t version;
-    const char *name; /* NULL or "auto": the first that is ready */
+    /* NULL or "auto": the first that is ready; should its device fail, the next goes on from there.
+     * "vulkan,auto": the same, with that one to begin with. A name alone: that one and no other. */
+    const char *name;
     uint32_t threads; /* 0: as many as the machine has; default 0 */
     btg_allocator allocator;
     int raw; /* 1: a device's answers as it finds them in single precision, nothing polished and
@@ -51,6 +53,9 @@ BTG_API btg_status btg_backend_open(const btg_backend_def *def, const btg_part *
                                     btg_backend **backend, btg_message *message);
 BTG_API void btg_backend_close(btg_backend *backend);
 BTG_API const char *btg_backend_name(const btg_backend *backend);
+/* Who was to run and could not, and why, where `auto` took another; "" when nothing happened. Valid
+ * until the next call or close. */
+BTG_API const char *btg_backend_note(const btg_backend *backend);
 BTG_API uint32_t btg_backend_threads(const btg_backend *backend);
 
 /* Where the time of a device back end went since it was opened, seconds, and the memory it takes;
