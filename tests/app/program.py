@@ -269,6 +269,42 @@ class Refusals(Case):
         self.assertIn("no device", path.stderr)
         self.assertEqual(run("path", self.part, "--quiet").returncode, 0)
 
+    def test_no_library(self):
+        """Where neither Vulkan nor OpenGL is installed: all else works, and what is missing is
+        named, with what to install."""
+        shim = os.path.join(os.path.dirname(PROGRAM), "tests", "app", "no_devices.so")
+        if not os.path.exists(shim):
+            self.skipTest("no device is built")
+        # A sanitizer's library wants to be first; it need not.
+        asan = os.environ.get("ASAN_OPTIONS", "") + ":verify_asan_link_order=0"
+        env = dict(os.environ, LD_PRELOAD=shim, ASAN_OPTIONS=asan)
+        run = lambda *a: subprocess.run([PROGRAM, *a], env=env, capture_output=True, text=True)
+        info = run("info", "--json")
+        self.assertEqual(info.returncode, 0)
+        names = {"vulkan": ("libvulkan", "libvulkan1"), "gl": ("libOSMesa|libEGL", "libosmesa6|libegl1"),
+                 "osmesa": ("libOSMesa|libEGL", "libosmesa6|libegl1")}
+        for b in json.loads(info.stdout)["backends"]:
+            if b["name"] not in names or b["state"] == "not-built":
+                continue
+            self.assertEqual(b["state"], "no-device")
+            for pattern in names[b["name"]]:
+                self.assertRegex(b["device"], pattern)
+            done = run("path", self.part, "--backend", b["name"])
+            self.assertEqual((done.returncode, done.stdout), (1, ""))
+            self.assertRegex(done.stderr, r"^bitangent: back end '\w+' finds no device here: .*install.*\n$")
+            done = run("path", self.part, "--quiet", "--backend", b["name"] + ",auto")
+            self.assertEqual(done.returncode, 0)
+            self.assertRegex(done.stderr, b["name"] + ": .*; back end cpu went on\n$")
+        self.assertEqual(run("path", self.part, "--quiet").stderr, "")
+
+    def test_instead(self):
+        """NAME,auto is that one where it is ready, and says nothing then."""
+        out = json.loads(self.good("path", self.part, "--backend", "reference,auto", "--json",
+                                   "--side-step", "75", "--forward-step", "50"))
+        self.assertEqual((out["backend"], out["backend_note"]), ("reference", ""))
+        for word in ("cpu,gl", "cpu,", ",auto", "nix,auto", "cpu,auto,gl"):
+            self.refuse("--backend", word, say="--backend")
+
     def test_vulkan(self):
         self.compare_device("vulkan")
 
