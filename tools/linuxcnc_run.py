@@ -165,7 +165,7 @@ try:
     sampler = subprocess.Popen(["halsampler", FOLDER + "/samples.txt"])
     subprocess.run(["halcmd", "setp", "sampler.0.enable", "1"], check=True)
     command.auto(linuxcnc.AUTO_RUN, 0)
-    time.sleep(0.2)
+    wait(lambda: state.interp_state != linuxcnc.INTERP_IDLE, 30)
     wait(idle, SECONDS)
     if not idle():
         said.append("the program does not end in %g s" % SECONDS)
@@ -248,6 +248,7 @@ def run(folder, program, seconds=120, stops=()):
     demand(lines and "overrun" not in lines, "samples of the joints are missing")
     # Standing still tells nothing new.
     lines = [b for a, b in zip([""] + lines, lines) if a != b]
+    demand(len(lines) > 1, "the joints do not move")
     return [[float(x) for x in line.split()] for line in lines], answer["stood"]
 
 
