@@ -11,7 +11,7 @@
   const floats = (text) => new Float32Array(bytes(text).buffer);
   const words = (text) => new Uint32Array(bytes(text).buffer);
   const mesh = (m) => ({ kind: m.kind, points: floats(m.points), normals: new Int8Array(bytes(m.normals).buffer), indices: words(m.indices) });
-  const point = (v) => Array.from(v, (c) => number(c, 5)).join(", ");
+  const point = (v, decimals = 3) => Array.from(v, (c) => String(Number(c.toFixed(decimals)) + 0)).join(", ");
 
   const stops = floats(data.stops.values), names = words(data.stops.names), count = data.stops.count;
   const stopAt = (i) => stops.subarray(viewer.STOP * i, viewer.STOP * (i + 1));
@@ -24,6 +24,13 @@
     let at = -1;
     for (let i = 0; i < count; i++) if (among(i) && (at < 0 || value(i) > value(at))) at = i;
     return Math.max(at, 0);
+  }
+
+  /* 0 over the middle of the part, 1 over its corners. */
+  function offCentre(i) {
+    const at = stopAt(i), low = s.part.box_min_mm, high = s.part.box_max_mm;
+    const off = (k) => (2 * at[k] - low[k] - high[k]) / Math.max(1e-9, high[k] - low[k]);
+    return Math.hypot(off(0), off(1)) / Math.SQRT2;
   }
 
   /* ---- text ---- */
@@ -187,7 +194,7 @@
     const rows = [["position", `${i + 1} of ${count}`], ["pass, point", `${names[4 * i]}, ${names[4 * i + 1]}`], ["status", STATUS[status] || "–"],
       ["tilt", Number.isFinite(a[12]) ? `${number(a[12])}°` : "–"],
       ["P to Q", two(i) ? `${number(gapAt(i))} mm` : "–"], ["P", point(a.slice(6, 9))], ["Q", Number.isFinite(a[9]) ? point(a.slice(9, 12)) : "–"],
-      ["tip", point(a.slice(0, 3))], ["axis", point(a.slice(3, 6))]];
+      ["tip", point(a.slice(0, 3))], ["axis", point(a.slice(3, 6), 5)]];
     $("stop").replaceChildren(...rows.flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)]));
   }
 
@@ -282,7 +289,7 @@
       else if (!view || !view.key(e.key)) return;
       e.preventDefault();
     });
-    go(best(gapAt, two));
+    go(best((i) => gapAt(i) * (1.2 - offCentre(i)), two));
   }
 
   function theme(view) {

@@ -232,11 +232,25 @@ const viewer = (() => {
           this.yaw = Math.atan2(s.q[1] - s.p[1], s.q[0] - s.p[0]) - Math.PI / 2; /* P left, Q right */
       } else {
         [this.yaw, this.pitch] = at;
-        this.target = this.middle;
-        const aspect = this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight);
-        this.distance = (this.radius + 0.4 * this.model.height) / Math.sin(FIELD / 2) / Math.min(1, aspect);
+        this.fit();
       }
       this.invalidate();
+    }
+
+    /* As near as shows all of the part, and the tool wherever it stands on it. */
+    fit() {
+      const [low, high] = this.model.box, reach = this.model.reach, up = 0.7 * this.model.height;
+      this.target = mad(this.middle, [0, 0, 1], 0.3 * up);
+      this.distance = 1;
+      const back = unit(sub(this.eye(), this.target)), right = unit(cross([0, 0, 1], back)), over = cross(back, right);
+      const t = Math.tan(FIELD / 2), wide = t * this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight);
+      let least = 0;
+      for (let k = 0; k < 8; k++) {
+        const corner = [k & 1 ? high[0] + reach : low[0] - reach, k & 2 ? high[1] + reach : low[1] - reach, k & 4 ? high[2] + up : low[2]];
+        const c = sub(corner, this.target);
+        least = Math.max(least, Math.abs(dot(c, right)) / wide + dot(c, back), Math.abs(dot(c, over)) / t + dot(c, back));
+      }
+      this.distance = 1.04 * least;
     }
 
     eye() {
