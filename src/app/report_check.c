@@ -1,5 +1,6 @@
 /* The report's verification: the path is cut into a stock, as `bitangent verify` does. */
 #include "app/report.h"
+#include "app/progress.h"
 #include "bitangent/verify.h"
 #include "core/part.h"
 #include "io/map.h"
@@ -96,7 +97,9 @@ static void put_figures(const btg_verify_result *v, btg_json *json) {
 /* `line` tells back which stop it was. */
 static btg_status cut(const report *r, btg_verify *verify, btg_verify_result *result) {
     bool linked = false;
-    for (size_t i = 0; i < r->scene->count; i++) {
+    progress bar = progress_begin(r->scene->count, r->summary->options->quiet);
+    btg_status status = BTG_OK;
+    for (size_t i = 0; i < r->scene->count && status >= 0; i++) {
         const btg_scene_stop *s = &r->scene->stops[i];
         btg_verify_pose pose = {.tip = s->exact_tip, .axis = s->exact_axis, .line = i};
         bool there = s->status != BTG_NO_CONTACT;
@@ -104,10 +107,11 @@ static btg_status cut(const report *r, btg_verify *verify, btg_verify_result *re
         pose.point = s->point;
         pose.link = linked && s->linked;
         linked = there;
-        btg_status status = there ? btg_verify_add(verify, &pose) : BTG_OK;
-        if (status < 0) return status;
+        if (there) status = btg_verify_add(verify, &pose);
+        progress_show(&bar, i + 1, i + 1);
     }
-    return btg_verify_end(verify, result);
+    progress_end(&bar);
+    return status < 0 ? status : btg_verify_end(verify, result);
 }
 
 btg_status report_check(const report *r, btg_json *json, btg_message *message) {

@@ -4,6 +4,7 @@
   const { make, number, table, histogram, curve } = charts;
   const STATUS = ["two-contact", "osculating", "single-contact", "no-contact", "budget"];
   const STOPS_A_SECOND = 12;
+  const CROWDED = 20000; /* more contacts than this hide the part: they are shown when asked for */
   const $ = (id) => document.getElementById(id);
   const data = JSON.parse($("data").textContent);
 
@@ -311,6 +312,7 @@
   joints();
   const view = makeView(drawMap());
   const gouge = !v.missing && v.gouge_at_mm && v.max_gouge_mm > v.map.gouge_limit_mm;
+  if (view && count > CROWDED) $("show-contacts").checked = view.show.contacts = false;
   if (view) view.onDraw = (here) => labels(view, here, gouge);
   wire(view);
   theme(view);
