@@ -163,17 +163,27 @@ static frame_box box_about(const btg_cell *cell, btg_place place, double speed_u
                        (low_v - place.v) * speed_v, (high_v - place.v) * speed_v};
 }
 
+/* How deep a basin may be, part of the clearance: a polish leaves slopes. */
+#define BASIN_SHARE 0.25
+
 /* ---- basins ------------------------------------------------------------------------------- */
 
-/* Clear for all steps up to `reach` into the item: slopes into it (at its edges) are turned into
- * curvature, g t >= (g / reach) t^2. */
-static bool basin_holds(const expansion *x, double reach, double share, double slope_u,
-                        double slope_v) {
+/* Slopes at a contact: into the item at its edges, not below 0, and what is left of the others. */
+typedef struct basin_slopes {
+    double u, v, left;
+} basin_slopes;
+
+/* Clear for all steps up to `reach` into the item, but for what the slopes that are left make of
+ * it, `deep` at most: slopes into it are turned into curvature, g t >= (g / reach) t^2, and above
+ * k t^2 the others lead down by g^2 / (4 k) at the most. */
+static bool basin_holds(const expansion *x, double reach, double share, const basin_slopes *slope,
+                        double deep) {
     lower_bound b;
     if (!bound_within(x, &(span){reach, reach, reach}, share, &b)) return false;
-    double uu = b.huu + 2 * slope_u / reach, vv = b.hvv + 2 * slope_v / reach;
+    double uu = b.huu + 2 * slope->u / reach, vv = b.hvv + 2 * slope->v / reach;
     double least = 0.5 * (uu + vv) - norm2(0.5 * (uu - vv), b.huv);
-    return least >= 2 * b.cubic * reach;
+    double k = 0.5 * least - b.cubic * reach, g = slope->left;
+    return k >= 0 && (g * reach <= deep || g * g <= 4 * k * deep);
 }
 
 static double widest_basin(const btg_tool_element *e) {
@@ -208,17 +218,18 @@ btg_basin btg_basin_make(btg_search *search, btg_place place, uint32_t element) 
     if ((!edge_u && fabs(x.gu) > flat) || (!edge_v && fabs(x.gv) > flat)) return basin;
     if (slope_u < -flat || slope_v < -flat) return basin;
     if (triangle && place.u + place.v >= 1) return basin;
-    slope_u = max2(slope_u, 0);
-    slope_v = max2(slope_v, 0);
+    basin_slopes slope = {
+        max2(slope_u, 0), max2(slope_v, 0),
+        norm2(edge_u ? min2(slope_u, 0) : x.gu, edge_v ? min2(slope_v, 0) : x.gv)};
+    double deep = BASIN_SHARE * search->tolerance;
     basin.speed_u = x.speed_u;
     basin.speed_v = x.speed_v;
     double reach = min2(search->part->scale, widest_basin(e));
     if (x.curved) reach = min2(reach, likely_reach(&x));
     for (int i = 0; i < BTG_BASIN_STEPS && basin.reach == 0; i++, reach *= 0.65)
-        if (basin_holds(&x, reach, 0.85, slope_u, slope_v) ||
-            basin_holds(&x, reach, 0.4, slope_u, slope_v))
+        if (basin_holds(&x, reach, 0.85, &slope, deep) || basin_holds(&x, reach, 0.4, &slope, deep))
             basin.reach = reach;
-    basin.deep = max2(-x.distance, 0) + basin.reach * (fabs(x.gu) + fabs(x.gv));
+    basin.deep = max2(-x.distance, 0) + deep;
     return basin;
 }
 
@@ -246,7 +257,10 @@ bool btg_basins_cover(btg_search *search, const btg_region *region, uint32_t ele
     if (region->radius > widest_basin(&search->query.tool->element[element])) return false;
     if (search->basin_stale) renew(search);
     for (int i = 0; i < 2; i++)
-        if (search->basin[i].element == element && covers(&search->basin[i], region)) return true;
+        if (search->basin[i].element == element && covers(&search->basin[i], region)) {
+            search->deepest = max2(search->deepest, search->basin[i].deep);
+            return true;
+        }
     return false;
 }
 

@@ -34,9 +34,8 @@ static btg_vec3 rim_normal(const btg_search *search, btg_vec3 tool_normal) {
     return vec_dot(n, search->at.axis) < 0 ? vec_scale(n, -1) : n;
 }
 
-/* Rounding of all the bounds, and of the contacts that they are about, part of the part's size: a
- * polish ends where the value's last digits say no more, and P turns with it. */
-#define BOUND_ROUNDING 1e-10
+/* Rounding of all the bounds, part of the part's size. */
+#define BOUND_ROUNDING 1e-12
 
 /* What the search has proven, rounded outward. */
 static double proven_bound(const btg_search *search) {

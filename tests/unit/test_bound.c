@@ -134,7 +134,7 @@ static void check_bound(const setting *s, const pose *p, double bound, const btg
     const btg_tool_element *e = &s->tool.element[0];
     double at_p = 1e-6 * max2(e->corner_radius_mm, e->ring_radius_mm); /* bitangent.h */
     if (bound > s->solver.tolerance_mm) above_tolerance++;
-    CHECK(bound <= max2(s->solver.tolerance_mm, at_p) + 1.1e-10 * s->part->scale);
+    CHECK(bound <= max2(s->solver.tolerance_mm, at_p) + 1.1e-12 * s->part->scale);
     most_above = max2(most_above, bound / s->solver.tolerance_mm);
     if (!(depth <= bound + ROUNDING))
         fprintf(stderr,

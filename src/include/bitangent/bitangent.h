@@ -235,7 +235,7 @@ typedef struct btg_drop_result {
     double height_mm;    /* torus centre = origin + height * axis */
     btg_contact contact; /* P; all zero where the status is not BTG_OK */
     double bound_mm;     /* proven: the tool, so placed, is nowhere deeper in the part; at most the
-                            tolerance, and 1e-10 of the part's size for rounding. NaN where the
+                            tolerance, and 1e-12 of the part's size for rounding. NaN where the
                             back end proves nothing */
     uint32_t element;    /* element of the tool that touches */
     uint32_t nodes;      /* work done: tree nodes visited or surface points evaluated */
