@@ -11,10 +11,10 @@ btg_status feet_open(feet *f, const path_options *options, const btg_part_info *
         status = points_read(options->points, &result.xy, &result.total, message);
     } else {
         btg_footprint_def def = options->footprint;
-        def.x_min_mm = part->box_min.x;
-        def.x_max_mm = part->box_max.x;
-        def.y_min_mm = part->box_min.y;
-        def.y_max_mm = part->box_max.y;
+        def.x_min_mm = part->box_min.x - options->overrun_mm;
+        def.x_max_mm = part->box_max.x + options->overrun_mm;
+        def.y_min_mm = part->box_min.y - options->overrun_mm;
+        def.y_max_mm = part->box_max.y + options->overrun_mm;
         status = btg_footprint_plan(&def, &result.layout, message);
         result.total = result.layout.total;
     }

@@ -39,6 +39,7 @@ static const char path[] =
     "                          (default 20) over the part's top; points:FILE: two columns, x y\n"
     "  --side-step MM          between passes, default 18\n"
     "  --forward-step MM       along a pass, default 2\n"
+    "  --overrun MM            the footprint reaches that far beyond the part's extent, default 0\n"
     "solving\n"
     "  --method NAME           vcrf (default), exact: vertical and circular rays; for\n"
     "                          comparison: vcrf-grid, depth, dst, drd, sr, direct, bisection;\n"
@@ -68,7 +69,10 @@ static const char path[] =
     "the part's file\n"
     "  --gltf-unit m|mm        default m\n"
     "  --up y|z                default y: x = X, y = -Z, z = Y\n"
-    "  --use-mesh              ignore exact surfaces, take the triangles\n"
+    "  --use-mesh              ignore exact surfaces, take the triangles\n";
+
+/* A string of C11 ends at 4095 characters. */
+static const char path_output[] =
     "output\n"
     "  --feed MM_PER_MIN       for .cl and .ngc, default 1000\n"
     "  --machine NAME|FILE     for .ngc: xyzac-trt or xyzbc-trt (LinuxCNC's), fanuc, siemens,\n"
@@ -181,10 +185,11 @@ static const char info[] =
     "Version, and the back ends: not built, built but without a device, or ready.\n";
 
 int app_help(const char *topic) {
-    const char *text = general;
+    const char *text = general, *more = "";
     btg_message message;
     if (topic && strcmp(topic, "path") == 0) {
         text = path;
+        more = path_output;
     } else if (topic && strcmp(topic, "verify") == 0) {
         text = verify;
     } else if (topic && strcmp(topic, "view") == 0) {
@@ -203,6 +208,7 @@ int app_help(const char *topic) {
     }
     btg_output out = btg_output_borrow(stdout);
     btg_output_text(&out, text);
+    btg_output_text(&out, more);
     if (btg_output_finish(&out, &message) == BTG_OK) return APP_DONE;
     return app_complain(APP_FAILED, "%s", message.text);
 }

@@ -29,6 +29,7 @@ typedef struct path_options {
     btg_tool_def tool;
     btg_footprint_def footprint; /* the rectangle is filled in later */
     const char *points;          /* file of footprint points, or NULL */
+    double overrun_mm;           /* of the footprint beyond the part's extent */
     double lift_mm;              /* clearance of retracts over the part's top */
     double feed_mm_per_min;
     const char *machine;   /* a built-in one's name, or a file; NULL without .ngc */

@@ -134,6 +134,12 @@ static bool set_forward_step(path_options *o, const char *name, const char *valu
     return get_positive(name, value, &o->footprint.forward_step_mm);
 }
 
+static bool set_overrun(path_options *o, const char *name, const char *value) {
+    if (!get_number(name, value, &o->overrun_mm)) return false;
+    if (o->overrun_mm >= 0 && o->overrun_mm <= BTG_LENGTH_MAX) return true;
+    return app_refuse(name, "'%s'; give 0 to 1e6 mm", value);
+}
+
 static bool set_footprint(path_options *o, const char *name, const char *value) {
     o->points = NULL;
     if (strcmp(value, "parallel") == 0) {
@@ -403,6 +409,7 @@ const option path_option_list[] = {
     {"--side-step", set_side_step, false},
     {"--forward-step", set_forward_step, false},
     {"--footprint", set_footprint, false},
+    {"--overrun", set_overrun, false},
     {"--method", set_method, false},
     {"--ray-spacing", set_ray_spacing, false},
     {"--backend", set_backend, false},

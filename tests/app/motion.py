@@ -98,6 +98,18 @@ class Motion(program.Case):
                 self.assertLessEqual(greatest, limit * (1 + 1e-6))
                 self.assertGreater(greatest, limit / 2)
 
+    def test_overrun(self):
+        """The footprint reaches beyond the part, and what was left along the edges goes."""
+        part, left = self.asset("saddle"), []
+        for overrun in (0, 6):
+            _, rows = self.make(part, "--side-step", "6", "--overrun", str(overrun))
+            for name in ("foot_x", "foot_y"):
+                reach = [float(r[name]) for r in rows]
+                self.assertAlmostEqual(min(reach), -overrun, delta=1e-9)
+                self.assertAlmostEqual(max(reach), 150 + overrun, delta=1e-9)
+            left.append(self.verify(part)["scallop_percentiles_mm"]["p99.9"])
+        self.assertLess(left[1], left[0] / 2)
+
     def test_program(self):
         """What is inserted goes into programs and APT too, hops included."""
         counts = []
@@ -119,6 +131,7 @@ class Motion(program.Case):
             (("--chord-tolerance", "x"), "not a number"),
             (("--chord-tolerance", "0.01", "--raw"), "--raw"),
             (("--max-axis-change", "-1"), "not above 0"),
+            (("--overrun", "-1"), "0 to 1e6"),
             (("--max-axis-change", "5", "--spin", "fixed:10"), "--spin"),
         ):
             self.bad(2, "path", self.part, *words, say=say)
