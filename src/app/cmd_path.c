@@ -5,6 +5,7 @@
 #include "app/solve.h"
 #include "app/terminal.h"
 #include "core/vec.h"
+#include "io/machine.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -51,9 +52,29 @@ static int check_outputs(const path_options *o) {
     return APP_DONE;
 }
 
+/* The tilt's limit from the machine's. */
+static int limit_tilt(run *r) {
+    path_options *o = &r->options;
+    btg_machine machine;
+    if (!o->machine_tilt) return APP_DONE;
+    btg_status status = btg_machine_load(o->machine, o->tool_length_mm, &machine, &r->message);
+    if (status != BTG_OK) return app_complain(APP_UNUSABLE, "%s", r->message.text);
+    double most = btg_machine_max_tilt(&machine, o->solver.max_tilt_rad);
+    if (most == 0) {
+        return app_complain(APP_UNUSABLE,
+                            "--max-tilt: the limits of machine '%.100s' leave leaning axes out of "
+                            "reach some way, however little they lean; give degrees",
+                            o->machine);
+    }
+    o->solver.max_tilt_rad = most;
+    o->max_tilt_deg = most * (180 / BTG_PI);
+    return APP_DONE;
+}
+
 static int set_up(run *r) {
     const path_options *o = &r->options;
     int code = check_outputs(o);
+    if (code == APP_DONE) code = limit_tilt(r);
     if (code != APP_DONE) return code;
     btg_status status = btg_tool_init(&o->tool, &r->tool, &r->message);
     if (status == BTG_OK) status = btg_gltf_load(o->part, &o->gltf, &r->part, &r->message);

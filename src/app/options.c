@@ -75,6 +75,11 @@ static bool check_machine(const path_options *o) {
     return true;
 }
 
+static bool check_tilt(const path_options *o) {
+    if (!o->machine_tilt || o->machine) return true;
+    return app_refuse("--max-tilt", "'machine' is that of --machine; say which");
+}
+
 /* What the motion between positions is made of. */
 static bool check_motion(const path_options *o) {
     bool proven = strcmp(o->method, "vcrf") == 0 && !o->raw;
@@ -104,6 +109,7 @@ bool options_parse(int count, char **words, path_options *options) {
         if (!taken) return false;
     }
     if (options->help) return true;
-    if (options->part) return check_machine(options) && check_motion(options);
+    if (options->part)
+        return check_machine(options) && check_tilt(options) && check_motion(options);
     return app_refuse("path", "no part; give a glTF file, see 'bitangent help path'");
 }

@@ -48,6 +48,7 @@ typedef struct path_options {
     uint32_t threads; /* 0: as many as there are */
     btg_solver_def solver;
     double spin_deg, max_tilt_deg; /* as typed, for the summary */
+    bool machine_tilt;             /* the tilt's limit is the machine's */
     double feed_deg;               /* from +x toward +y; the footprint's passes run along 90 */
     btg_gltf_def gltf;
     bool raw; /* a device's answers as they are */

@@ -266,6 +266,8 @@ static bool set_feed_direction(path_options *o, const char *name, const char *va
 
 static bool set_max_tilt(path_options *o, const char *name, const char *value) {
     double degrees;
+    o->machine_tilt = strcmp(value, "machine") == 0;
+    if (o->machine_tilt) return true;
     if (!get_number(name, value, &degrees)) return false;
     if (!(degrees >= 0 && degrees <= 90)) return app_refuse(name, "'%s'; give 0 to 90", value);
     o->max_tilt_deg = degrees;

@@ -216,3 +216,57 @@ btg_status btg_machine_forward(const btg_machine *machine, const btg_joints *joi
     *axis = btg_machine_axis(machine, joints->rotary_rad);
     return BTG_OK;
 }
+
+/* ---- reach -------------------------------------------------------------------------------- */
+
+#define RING_STEP_RAD (0.5 * (BTG_PI / 180))
+#define RING_AXES     360
+#define RING_HALVINGS 40
+/* What leans by less is the pole, which is reached anyhow. */
+#define RING_LEAST_RAD 1e-6
+
+/* Some turn of the joint that gives the angle is within its limits. */
+static bool some_turn_fits(const btg_rotary_def *r, double angle) {
+    if (r->min_rad == -INFINITY || r->max_rad == INFINITY)
+        return r->max_rad > r->min_rad; /* one end is open: some turn fits */
+    double turns = ceil((r->min_rad - BTG_LIMIT_SLACK_RAD - angle) / (2 * BTG_PI));
+    return angle + 2 * BTG_PI * turns <= r->max_rad + BTG_LIMIT_SLACK_RAD;
+}
+
+static bool reaches(const btg_machine *m, btg_vec3 axis) {
+    double angle[2][2];
+    int free_axis;
+    if (!btg_machine_angles(m, axis, 0, angle, &free_axis)) return false;
+    for (int k = 0; k < 2; k++) {
+        bool all = true;
+        for (int j = 0; j < 2; j++)
+            all = all && (j == free_axis || some_turn_fits(&m->def.rotary[j], angle[k][j]));
+        if (all) return true;
+    }
+    return false;
+}
+
+static bool reaches_ring(const btg_machine *m, double tilt) {
+    for (int i = 0; i < RING_AXES; i++) {
+        double way = i * (2 * BTG_PI / RING_AXES), s = sin(tilt);
+        if (!reaches(m, vec(s * cos(way), s * sin(way), cos(tilt)))) return false;
+    }
+    return true;
+}
+
+double btg_machine_max_tilt(const btg_machine *m, double most) {
+    double good = 0, bad = 0;
+    while (bad < most) {
+        bad = min2(good + RING_STEP_RAD, most);
+        if (!reaches_ring(m, bad)) break;
+        good = bad;
+    }
+    for (int i = 0; good < bad && i < RING_HALVINGS; i++) {
+        double middle = (good + bad) / 2;
+        if (reaches_ring(m, middle))
+            good = middle;
+        else
+            bad = middle;
+    }
+    return good > RING_LEAST_RAD ? good : 0;
+}

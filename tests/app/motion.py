@@ -110,6 +110,21 @@ class Motion(program.Case):
             left.append(self.verify(part)["scallop_percentiles_mm"]["p99.9"])
         self.assertLess(left[1], left[0] / 2)
 
+    def test_machine_tilt(self):
+        """A machine that leans to 6 degrees: the path keeps to that, and its program is written."""
+        machine = {
+            "machine": "short", "program": {"control": "linuxcnc"},
+            "rotary": [{"axis": "A", "in": "table", "direction": [1, 0, 0], "limits_deg": [-6, 4]},
+                       {"axis": "C", "in": "table", "direction": [0, 0, 1]}]}
+        name = self.write("short.json", json.dumps(machine))
+        words = ("--tool", "4,3", "-o", self.at("a.ngc"), "--machine", name)
+        self.bad(1, "path", self.part, "--quiet", *words, say="A")
+        told, rows = self.make(self.part, "--max-tilt", "machine", *words)
+        self.assertAlmostEqual(told["max_tilt_deg"], 6, delta=1e-6)
+        tilts = [float(r["tilt_deg"]) for r in rows if r["status"] == "two-contact"]
+        self.assertLessEqual(max(tilts), 6)
+        self.bad(2, "path", self.part, "--max-tilt", "machine", say="--machine")
+
     def test_program(self):
         """What is inserted goes into programs and APT too, hops included."""
         counts = []

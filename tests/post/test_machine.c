@@ -239,11 +239,38 @@ static void test_refusals(void) {
     CHECK(btg_machine_at(5, &def) == BTG_ERROR_ARGUMENT);
 }
 
+/* ---- reach -------------------------------------------------------------------------------- */
+
+static double max_tilt(const char *name, double low, double high, int other, double at) {
+    btg_machine_def def;
+    btg_machine m;
+    CHECK(btg_machine_find(name, &def) == BTG_OK);
+    def.rotary[0].min_rad = RADIANS(low);
+    def.rotary[0].max_rad = RADIANS(high);
+    def.rotary[1].min_rad = other ? -at : -INFINITY;
+    def.rotary[1].max_rad = other ? at : INFINITY;
+    CHECK(btg_machine_init(&def, &m, NULL) == BTG_OK);
+    return btg_machine_max_tilt(&m, RADIANS(80));
+}
+
+/* A table A that carries a table C leans the axis by A, either way; C turns the lean anywhere, or,
+ * where it makes no whole turn, anywhere that A's other sign does not. */
+static void test_max_tilt(void) {
+    CHECK_NEAR(max_tilt("xyzac-trt", -110, 30, 0, 0), RADIANS(80), 1e-9);
+    CHECK_NEAR(max_tilt("xyzac-trt", -33.3, 12, 0, 0), RADIANS(33.3), 1e-8);
+    CHECK_NEAR(max_tilt("xyzac-trt", -5, 21.7, 0, 0), RADIANS(21.7), 1e-8);
+    CHECK_NEAR(max_tilt("xyzbc-trt", -40.2, 40.2, 1, RADIANS(95)), RADIANS(40.2), 1e-8);
+    CHECK_NEAR(max_tilt("xyzac-trt", -40, 11.1, 1, RADIANS(95)), RADIANS(11.1), 1e-8);
+    CHECK(max_tilt("xyzac-trt", -40, 40, 1, RADIANS(80)) == 0);
+    CHECK(max_tilt("xyzac-trt", -40, 0, 1, RADIANS(95)) == 0);
+}
+
 int main(void) {
     for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++)
         test_kind(&kinds[i]);
     test_pole();
     test_out_of_reach();
     test_refusals();
+    test_max_tilt();
     return check_result();
 }

@@ -135,6 +135,11 @@ BTG_API btg_status btg_machine_inverse(const btg_machine *machine, btg_vec3 tip,
 BTG_API btg_status btg_machine_forward(const btg_machine *machine, const btg_joints *joints,
                                        btg_vec3 *tip, btg_vec3 *axis);
 
+/* The farthest that the tool's axis may lean from +z, every way, within the rotary limits; up to
+ * most_rad (0 .. pi/2). Leans are looked at half a degree apart, every degree around, and the first
+ * that is out of reach to 1e-9: limits that leave out less than that are not seen. */
+BTG_API double btg_machine_max_tilt(const btg_machine *machine, double most_rad);
+
 /* ---- programs for a machine -------------------------------------------------------------- */
 
 typedef struct btg_program_def {
