@@ -52,6 +52,7 @@ typedef struct path_options {
     double feed_deg;               /* from +x toward +y; the footprint's passes run along 90 */
     btg_gltf_def gltf;
     bool raw; /* a device's answers as they are */
+    const char *gl_context;
     bool json, quiet;
 } path_options;
 

@@ -378,6 +378,13 @@ static bool set_use_mesh(path_options *o, const char *name, const char *value) {
     return true;
 }
 
+static bool set_gl_context(path_options *o, const char *name, const char *value) {
+    o->gl_context = value;
+    if (strcmp(value, "auto") == 0 || strcmp(value, "osmesa") == 0 || strcmp(value, "egl") == 0)
+        return true;
+    return app_refuse(name, "unknown '%.100s'; give one of auto, osmesa, egl", value);
+}
+
 static bool set_raw(path_options *o, const char *name, const char *value) {
     (void)name, (void)value;
     o->raw = true;
@@ -434,6 +441,7 @@ const option path_option_list[] = {
     {"--up", set_up, false},
     {"--use-mesh", set_use_mesh, true},
     {"--raw", set_raw, true},
+    {"--gl-context", set_gl_context, false},
     {"--json", set_json, true},
     {"--quiet", set_quiet, true},
     {"--help", set_help, true},

@@ -11,6 +11,7 @@ btg_status solve_open(const path_options *o, const btg_part *part, const btg_too
     def.backend.name = o->backend;
     def.backend.threads = o->threads;
     def.backend.raw = o->raw;
+    def.backend.gl_context = o->gl_context;
     btg_solver_def solver = o->solver;
     solver.feed_x = cos(o->feed_deg * (BTG_PI / 180));
     solver.feed_y = sin(o->feed_deg * (BTG_PI / 180));

@@ -126,6 +126,7 @@ static btg_status make_setup(const btg_backend_def *def, const btg_part *part, c
     setup->threads = def->threads > 0 ? def->threads : machine_threads();
     setup->allocator = def->allocator;
     setup->raw = def->raw != 0;
+    setup->gl_context = def->gl_context;
     return BTG_OK;
 }
 

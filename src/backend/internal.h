@@ -19,8 +19,9 @@ typedef struct btg_backend_setup {
     btg_solver_def solver;
     uint32_t threads;
     btg_allocator allocator;
-    bool raw;         /* devices: do not polish */
-    const void *user; /* what a table of btg_backend_open_table is told besides; else NULL */
+    bool raw;               /* devices: do not polish */
+    const char *gl_context; /* as in btg_backend_def; while opening alone */
+    const void *user;       /* what a table of btg_backend_open_table is told besides; else NULL */
 } btg_backend_setup;
 
 /* One back end. `state` is what open() made.

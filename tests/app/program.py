@@ -311,6 +311,20 @@ class Refusals(Case):
     def test_gl(self):
         self.compare_device("gl")
 
+    def test_gl_context(self):
+        """Either provider: the same path, bit for bit."""
+        self.refuse("--gl-context", "glx", say="osmesa")
+        files = []
+        for name in ("osmesa", "egl"):
+            files.append(self.at(name + ".csv"))
+            done = self.run_program("path", self.part, "--backend", "gl", "--gl-context", name,
+                                    "-o", files[-1])
+            if b"no" in done.stderr and done.returncode == 1:
+                self.skipTest(done.stderr.decode())
+            self.assertEqual((done.returncode, done.stderr), (0, b""))
+        with open(files[0], "rb") as a, open(files[1], "rb") as b:
+            self.assertEqual(a.read(), b.read())
+
     def compare_device(self, device):
         """The cpu's path, with all that single precision takes away put back."""
         states = {b["name"]: b["state"] for b in json.loads(self.good("info", "--json"))["backends"]}

@@ -67,12 +67,11 @@ static void listen(state *s, const btg_gl_debug *debug) {
 static btg_status begin(state *s, const btg_gl_def *def, btg_device_limits *limits,
                         btg_message *message) {
     btg_gl_compute *c = &s->compute;
-    btg_status status =
-        btg_context_open(def ? &def->context : NULL, &s->allocator, &c->context, message);
+    btg_status status = btg_context_open(&def->context, &s->allocator, &c->context, message);
     if (status != BTG_OK) return status;
     status = btg_context_enter(c->context);
     if (status != BTG_OK) return btg_fail(message, status, "gl: the context is refused");
-    if (def && def->debug) listen(s, def->debug);
+    if (def->debug) listen(s, def->debug);
     status = btg_gl_limits(c->context, limits, message);
     btg_context_leave(c->context);
     return status;
@@ -83,7 +82,8 @@ static btg_status start(const btg_backend_setup *setup, const void *def, void **
     state *s = btg_allocate(&setup->allocator, 1, sizeof *s);
     if (!s) return btg_fail(message, BTG_ERROR_MEMORY, "gl: out of memory");
     *s = (state){.allocator = setup->allocator};
-    btg_status status = begin(s, def, limits, message);
+    const btg_gl_def named = {.context = {.provider = setup->gl_context}};
+    btg_status status = begin(s, def ? def : &named, limits, message);
     if (status != BTG_OK)
         stop(s);
     else

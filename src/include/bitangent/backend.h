@@ -38,6 +38,8 @@ typedef struct btg_backend_def {
     btg_allocator allocator;
     int raw; /* 1: a device's answers as it finds them in single precision, nothing polished and
                 nothing proven (bound_mm NaN); the cpu and the reference have no such. Default 0 */
+    const char *gl_context; /* who makes OpenGL's contexts: "osmesa" or "egl"; NULL or "auto": the
+                               first of them that is there. Used while opening alone */
 } btg_backend_def;
 
 BTG_API btg_backend_def btg_backend_def_default(void);
