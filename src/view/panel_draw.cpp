@@ -88,7 +88,7 @@ static void choose_style() {
     ImGuiStyle &style = ImGui::GetStyle();
     style.WindowRounding = 6, style.FrameRounding = 4, style.GrabRounding = 4;
     style.WindowBorderSize = 0;
-    style.Colors[ImGuiCol_WindowBg] = ImVec4(1, 1, 1, 0.90f);
+    style.Colors[ImGuiCol_WindowBg] = ImVec4(1, 1, 1, 0.94f);
     style.Colors[ImGuiCol_TextDisabled] = ImVec4(0.36f, 0.39f, 0.44f, 1);
     style.Colors[ImGuiCol_FrameBg] = ImVec4(0.87f, 0.90f, 0.93f, 1);
     style.Colors[ImGuiCol_Text] = ImVec4(0.13f, 0.15f, 0.18f, 1);

@@ -255,13 +255,13 @@ static void draw_lean(scene *s, const pen &p, const pose &at, double reach) {
     mesh after, before, angle;
     double height = btg_scene_tool_mm(&s->part->tool) + 0.6 * reach;
     rod(p, &after, {at.tip, at.tip + height * at.axis}, thin_px);
-    canvas_draw_once(s->on, after, coloured(colour_line));
+    draw_through(s, after, colour_line);
     if (!at.framed || !(at.tilt_rad > 1e-4)) return;
     glm::dvec3 top = at.tip + height * at.axis;
     dashes(p, &before, at.tip, turned(top, at.tip, at.u, at.tilt_rad), thin_px);
     rod(p, &angle, arc(at.tip + lean_arc * reach * at.axis, at.tip, at.u, at.tilt_rad), thin_px);
-    canvas_draw_once(s->on, before, coloured(colour_lean));
-    canvas_draw_once(s->on, angle, coloured(colour_lean));
+    draw_through(s, before, colour_lean);
+    draw_through(s, angle, colour_lean);
 }
 
 static glm::mat4 tool_matrix(const scene &s, const pose &at) {

@@ -6,8 +6,9 @@
 #include <algorithm>
 #include <backends/imgui_impl_glfw.h>
 #include <cctype>
-#include <ctime>
+#include <dlfcn.h>
 #include <imgui.h>
+#include <link.h>
 #include <unistd.h>
 
 namespace view {
@@ -154,8 +155,17 @@ static btg_status open_window(view_window *w, const window_def &def, btg_message
     return BTG_OK;
 }
 
+/* Drivers leave memory behind when they are unloaded; what they brought stays until the program
+ * ends, as it does without a window. */
+static int pin(dl_phdr_info *library, std::size_t, void *) {
+    if (library->dlpi_name && library->dlpi_name[0])
+        dlopen(library->dlpi_name, RTLD_LAZY | RTLD_NOLOAD | RTLD_NODELETE);
+    return 0;
+}
+
 static void close_window(view_window *w) {
     worker_stop(&w->w);
+    if (w->handle) dl_iterate_phdr(pin, nullptr);
     if (w->imgui) ImGui_ImplGlfw_Shutdown();
     panel_close(&w->p);
     scene_free(&w->s);
