@@ -274,11 +274,11 @@ static glm::mat4 tool_matrix(const scene &s, const pose &at) {
 }
 
 static constexpr glm::vec3 paint_part{0.70f, 0.76f, 0.82f};
-static constexpr glm::vec3 paint_rod{0.62f, 0.65f, 0.69f};
+static constexpr glm::vec3 paint_rod{0.84f, 0.87f, 0.90f};
 
 static glm::vec3 paint_of(btg_solid solid) {
     if (solid == BTG_SOLID_INSERT) return {0.86f, 0.78f, 0.52f};
-    return solid == BTG_SOLID_SHANK ? paint_rod : glm::vec3(0.42f, 0.46f, 0.53f);
+    return solid == BTG_SOLID_SHANK ? paint_rod : glm::vec3(0.58f, 0.62f, 0.68f);
 }
 
 /* The rod that stands for a shank where none is given is always seen through: it is not there. */
