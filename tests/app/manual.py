@@ -65,6 +65,7 @@ class Manual(unittest.TestCase):
         self.assertIn("--side-step MM", done.stdout)
 
 
+@unittest.skipIf("BTG_TEST_QUICK" in os.environ, "BTG_TEST_QUICK: completions are tried elsewhere")
 class Completion(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
