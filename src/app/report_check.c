@@ -9,7 +9,6 @@
 
 /* Cells along the part's longer side, about: a page is no place for millions of them. */
 #define CELLS_SIDE 400.0
-#define CELL_MIN   0.1 /* mm */
 
 /* A deviation as one byte: 0 within the limits, else 1 + STEPS * log10(times the limit), below 0
  * where gouged; NONE where there is no part. */
@@ -119,7 +118,7 @@ btg_status report_check(const report *r, btg_json *json, btg_message *message) {
     btg_part_info info;
     btg_part_get_info(r->part, &info);
     double longer = fmax(info.box_max.x - info.box_min.x, info.box_max.y - info.box_min.y);
-    def.cell_mm = fmax(CELL_MIN, longer / CELLS_SIDE);
+    def.cell_mm = longer / CELLS_SIDE;
     def.threads = r->summary->options->threads;
     def.scallop_mm = r->summary->options->solver.scallop_mm;
     btg_verify *verify;
