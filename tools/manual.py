@@ -25,7 +25,7 @@ WORDS = {
     "--links": "pass all",
     "--look-at": "tool part",
     "--view-from": "tilt iso top front back left right",
-    "--only": "speed latency triangles degree threads tolerance path backends",
+    "--only": "speed latency triangles degree threads tolerance path spin backends",
 }
 DATE = "2026-11-22"  # of this version
 FILES = {"-o", "--output", "--machine", "--points", "--csv", "--screenshot"}

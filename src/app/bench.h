@@ -18,6 +18,7 @@ typedef enum bench_measure {
     BENCH_THREADS,   /* against the number of threads */
     BENCH_TOLERANCE, /* against the tolerance asked */
     BENCH_PATH,      /* each position from its neighbour, against each from nothing */
+    BENCH_SPIN,      /* the same where the spin is searched for */
     BENCH_BACKENDS,  /* all back ends on the same two batches: only where asked for */
     BENCH_MEASURES
 } bench_measure;
@@ -154,7 +155,8 @@ bench_device bench_device_none(void);
 typedef struct bench_row {
     bench_measure measure;
     char surface[BENCH_NAME_SIZE];
-    /* "drop", "position", "follow": a position from its neighbour, "many": a large batch of them */
+    /* "drop", "position", "follow": a position from its neighbour, "many": a large batch of them;
+     * "gap", "gap-follow" and so on: positions whose spin is searched for */
     const char *operation;
     const char *backend, *method;
     uint32_t threads;

@@ -144,33 +144,105 @@ static btg_status path_error(walk *k, double *error_mm) {
     return BTG_OK;
 }
 
-btg_status bench_measure_path(bench *b, bench_subject *s) {
-    static const char *const operation[2] = {"position", "follow"};
-    walk k = {0};
+static btg_status begin_walk(bench *b, bench_subject *s, const btg_solver_def *solver, walk *k) {
     btg_part_info info;
-    bench_show(b, s, BENCH_PATH);
-    btg_status status = bench_check_once(b, s, &b->solver);
-    if (status == BTG_OK) status = bench_work_begin(b, s, &b->solver, &k.work);
+    *k = (walk){.follow = false};
+    btg_status status = bench_work_begin(b, s, solver, &k->work);
     if (status != BTG_OK) return status;
     btg_part_get_info(s->part, &info);
     double length = info.box_max.y - info.box_min.y;
-    k.x = info.box_min.x + 0.4 * (info.box_max.x - info.box_min.x);
-    k.y0 = info.box_min.y;
-    k.count = length / PATH_STEP < PATH_MAX ? (size_t)(length / PATH_STEP) + 1 : PATH_MAX;
-    k.step = length / (double)k.count;
-    double error_mm = s->error.position_mm;
-    status = path_error(&k, &error_mm);
+    k->x = info.box_min.x + 0.4 * (info.box_max.x - info.box_min.x);
+    k->y0 = info.box_min.y;
+    k->count = length / PATH_STEP < PATH_MAX ? (size_t)(length / PATH_STEP) + 1 : PATH_MAX;
+    k->step = length / (double)k->count;
+    return BTG_OK;
+}
+
+/* Two rows: each position alone, and from its neighbour. */
+static btg_status keep_walk(bench *b, bench_subject *s, bench_measure measure,
+                            const char *const operation[2], double error_mm, walk *k) {
     double cold = NAN;
+    btg_status status = BTG_OK;
     for (int i = 0; i < 2 && status >= 0; i++) {
-        bench_row row = bench_row_of(s, BENCH_PATH, operation[i], &b->solver, error_mm);
+        bench_row row = bench_row_of(s, measure, operation[i], k->work.solver, error_mm);
         row.limit_mm += b->solver.tolerance_mm; /* two answers, each as good as asked */
         row.ok = row.max_error_mm <= row.limit_mm;
-        k.follow = i == 1;
-        status = bench_row_time(b, do_steps, &k, 1, &row);
+        k->follow = i == 1;
+        status = bench_row_time(b, do_steps, k, 1, &row);
         if (i == 0) cold = row.rate.median;
         row.ratio = row.rate.median / cold;
         if (status >= 0) status = bench_row_keep(b, &row);
     }
+    return status;
+}
+
+btg_status bench_measure_path(bench *b, bench_subject *s) {
+    static const char *const operation[2] = {"position", "follow"};
+    walk k;
+    bench_show(b, s, BENCH_PATH);
+    btg_status status = bench_check_once(b, s, &b->solver);
+    if (status == BTG_OK) status = begin_walk(b, s, &b->solver, &k);
+    if (status != BTG_OK) return status;
+    double error_mm = s->error.position_mm;
+    status = path_error(&k, &error_mm);
+    if (status >= 0) status = keep_walk(b, s, BENCH_PATH, operation, error_mm, &k);
     free(k.work.workspace);
+    return status < 0 ? status : BTG_OK;
+}
+
+/* ---- spins --------------------------------------------------------------------------------- */
+
+#define SPINS_CHECKED 3
+#define GAP_MM        4
+
+/* The tilt of a spin that was found, against the reference's at that spin. */
+static btg_status spin_error(bench *b, const walk *k, double *error_mm) {
+    const bench_work *w = &k->work;
+    for (size_t i = 0; i < SPINS_CHECKED; i++) {
+        double xy[2] = {k->x, k->y0 + k->step * (double)((2 * i + 1) * k->count / 6)};
+        btg_position found, other;
+        btg_status status = btg_position_follow(w->subject->part, w->tool, w->solver, xy[0], xy[1],
+                                                NULL, w->workspace, w->workspace_size, &found);
+        if (status < 0) return status;
+        btg_solver_def fixed = *w->solver;
+        fixed.spin = BTG_SPIN_FIXED;
+        fixed.spin_rad = found.spin_rad;
+        btg_backend *backend = NULL;
+        btg_backend_def def = btg_backend_def_default();
+        def.name = "reference";
+        status = btg_backend_open(&def, w->subject->part, w->tool, &fixed, &backend, &b->message);
+        if (status != BTG_OK) return status;
+        status = btg_backend_positions(backend, xy, 1, &other, NULL);
+        btg_backend_close(backend);
+        if (status < 0) return status;
+        *error_mm = fmax(*error_mm, bench_difference(w->tool, w->solver, &found, &other));
+    }
+    return BTG_OK;
+}
+
+btg_status bench_measure_spin(bench *b, bench_subject *s) {
+    static const struct {
+        btg_spin spin;
+        const char *operation[2];
+    } policy[3] = {{BTG_SPIN_GAP, {"gap", "gap-follow"}},
+                   {BTG_SPIN_ACROSS, {"across", "across-follow"}},
+                   {BTG_SPIN_WIDEST, {"widest", "widest-follow"}}};
+    bench_show(b, s, BENCH_SPIN);
+    btg_status status = BTG_OK;
+    for (int i = 0; i < 3 && status >= 0; i++) {
+        btg_solver_def solver = b->solver;
+        solver.spin = policy[i].spin;
+        solver.gap_mm = GAP_MM;
+        walk k;
+        double error_mm = 0;
+        status = begin_walk(b, s, &solver, &k);
+        if (status != BTG_OK) return status;
+        status = spin_error(b, &k, &error_mm);
+        if (status >= 0) status = keep_walk(b, s, BENCH_SPIN, policy[i].operation, error_mm, &k);
+        free(k.work.workspace);
+    }
+    if (status < 0 && !b->message.text[0])
+        btg_fail(&b->message, status, "bench: %s: no answer (%s)", s->name,
+                 btg_status_name(status));
     return status < 0 ? status : BTG_OK;
 }

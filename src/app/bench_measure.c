@@ -95,7 +95,7 @@ btg_status bench_row_keep(bench *b, const bench_row *row) {
 btg_status bench_work_begin(bench *b, const bench_subject *s, const btg_solver_def *solver,
                             bench_work *w) {
     *w = (bench_work){.subject = s, .tool = &b->tool, .solver = solver};
-    w->workspace_size = btg_workspace_size(s->part);
+    w->workspace_size = btg_position_workspace_size(s->part);
     w->workspace = malloc(w->workspace_size);
     if (w->workspace) return BTG_OK;
     return btg_fail(&b->message, BTG_ERROR_MEMORY, "bench: out of memory");

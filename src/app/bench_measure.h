@@ -31,6 +31,7 @@ btg_status bench_measure_rates(bench *b, bench_subject *s, bench_measure measure
 btg_status bench_measure_latency(bench *b, bench_subject *s);
 btg_status bench_measure_threads(bench *b, bench_subject *s);
 btg_status bench_measure_path(bench *b, bench_subject *s);
+btg_status bench_measure_spin(bench *b, bench_subject *s);
 /* Two rows a back end that is ready; the others, and why, are in rows->left_out. */
 btg_status bench_measure_backends(bench *b, bench_subject *s);
 

@@ -191,14 +191,16 @@ static void write_csv(btg_output *out, const bench_options *o, const bench_rows 
 
 /* ---- tables -------------------------------------------------------------------------------- */
 
-static const char *const title[BENCH_MEASURES] = {"Speed",
-                                                  "Latency at random places",
-                                                  "Number of triangles",
-                                                  "Degree",
-                                                  "Threads",
-                                                  "Tolerance",
-                                                  "Path: each position from its neighbour",
-                                                  "Back ends"};
+static const char *const title[BENCH_MEASURES] = {
+    "Speed",
+    "Latency at random places",
+    "Number of triangles",
+    "Degree",
+    "Threads",
+    "Tolerance",
+    "Path: each position from its neighbour",
+    "Spin searched for: alone, and from its neighbour",
+    "Back ends"};
 
 /* Below this part of the processors that a row could use, others took them. */
 #define UNDISTURBED 0.95
@@ -214,7 +216,7 @@ static void print_note(FILE *file, const bench_row *r) {
                 r->threads > 1 ? "s" : "", r->ratio);
     } else if (r->measure == BENCH_TOLERANCE) {
         fprintf(file, "  to %g mm", r->tolerance_mm);
-    } else if (r->measure == BENCH_PATH) {
+    } else if (r->measure == BENCH_PATH || r->measure == BENCH_SPIN) {
         fprintf(file, "  %.2f times", r->ratio);
     }
     if (r->rate.processors < UNDISTURBED * r->threads)
@@ -234,7 +236,7 @@ static void print_value(FILE *file, int width, const char *format, double value)
 }
 
 static void print_row(FILE *file, const bench_row *r) {
-    fprintf(file, "%-16.40s %-9s", r->surface, r->operation);
+    fprintf(file, "%-16.40s %-13s", r->surface, r->operation);
     if (r->measure == BENCH_LATENCY) {
         const bench_quantiles *q[2] = {&r->latency_us, &r->latency_nodes};
         for (int i = 0; i < 2; i++) {
@@ -258,11 +260,11 @@ static void print_row(FILE *file, const bench_row *r) {
 static void print_heading(FILE *file, bench_measure measure) {
     fprintf(file, "\n%s\n", title[measure]);
     if (measure == BENCH_LATENCY) {
-        fprintf(file, "%-26s %35s %35s\n", "", "us: p50      p99    p99.9      max",
+        fprintf(file, "%-30s %35s %35s\n", "", "us: p50      p99    p99.9      max",
                 "nodes: p50      p99    p99.9      max  measured");
         return;
     }
-    fprintf(file, "%-26s %10s %10s %10s %9s %8s\n", "", "min/s", "median/s", "max/s", "error, mm",
+    fprintf(file, "%-30s %10s %10s %10s %9s %8s\n", "", "min/s", "median/s", "max/s", "error, mm",
             "nodes");
 }
 

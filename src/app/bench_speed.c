@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 const char *const bench_measure_name[BENCH_MEASURES] = {
-    "speed", "latency", "triangles", "degree", "threads", "tolerance", "path", "backends"};
+    "speed", "latency", "triangles", "degree", "threads", "tolerance", "path", "spin", "backends"};
 
 /* ---- the standard work --------------------------------------------------------------------- */
 
@@ -33,6 +33,7 @@ static btg_status measure_all(bench *b, bench_subject *s, bool all) {
     if (wanted[BENCH_THREADS] && all && status == BTG_OK) status = bench_measure_threads(b, s);
     if (wanted[BENCH_TOLERANCE] && all && status == BTG_OK) status = tolerances(b, s);
     if (wanted[BENCH_PATH] && all && status == BTG_OK) status = bench_measure_path(b, s);
+    if (wanted[BENCH_SPIN] && all && status == BTG_OK) status = bench_measure_spin(b, s);
     if (wanted[BENCH_BACKENDS] && all && status == BTG_OK) status = bench_measure_backends(b, s);
     return status;
 }
@@ -40,7 +41,8 @@ static btg_status measure_all(bench *b, bench_subject *s, bool all) {
 static btg_status papers(bench *b) {
     static const int side[3] = {0, 100, 400};
     const bool *wanted = b->options->measure;
-    bool single = wanted[BENCH_THREADS] || wanted[BENCH_TOLERANCE] || wanted[BENCH_PATH];
+    bool single = wanted[BENCH_THREADS] || wanted[BENCH_TOLERANCE] || wanted[BENCH_PATH] ||
+                  wanted[BENCH_SPIN];
     if (!wanted[BENCH_SPEED] && !wanted[BENCH_LATENCY] && !single) return BTG_OK;
     for (int i = 0; i < 9; i++) {
         int surface = i % 3, squares = side[i / 3];

@@ -164,7 +164,7 @@ static const char bench[] =
     "                          with --quick fewer positions\n"
     "  --pictures FOLDER       their figures there, PNG and SVG\n"
     "  --only MEASURE,...      some of: speed, latency, triangles, degree, threads, tolerance,\n"
-    "                          path, backends; triangles and degree have parts of their own\n"
+    "                          path, spin, backends; triangles and degree have parts of their own\n"
     "  --quick                 a few seconds: fewer parts, shorter runs\n"
     "  --seconds S             about how long all of it may take; default 50, --quick 3.\n"
     "                          Latencies are taken from 1000000 positions at most\n"

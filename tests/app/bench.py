@@ -19,7 +19,7 @@ SADDLE = os.path.join(ASSETS, "saddle.gltf")
 
 FIXED = ("backend", "method", "surface", "positions", "seconds", "positions_per_second",
          "max_error_mm")
-MEASURES = {"speed", "latency", "triangles", "degree", "threads", "tolerance", "path"}
+MEASURES = {"speed", "latency", "triangles", "degree", "threads", "tolerance", "path", "spin"}
 
 
 class Case(unittest.TestCase):
@@ -69,7 +69,7 @@ class Case(unittest.TestCase):
         self.assertGreaterEqual(row["max_error_mm"], 0)
         self.assertLessEqual(row["max_error_mm"], row["limit_mm"])
         # Along a path two answers are compared, each as good as asked.
-        most = (2 if row["measure"] == "path" else 1) * row["tolerance_mm"]
+        most = (2 if row["measure"] in ("path", "spin") else 1) * row["tolerance_mm"]
         self.assertLessEqual(row["limit_mm"], most + 1e-8)
 
 
@@ -101,6 +101,8 @@ class Standard(Case):
         self.assertEqual(by("threads")[0]["ratio"], 1)
         self.assertEqual(sorted({r["tolerance_mm"] for r in by("tolerance")}), [1e-9, 1e-6, 1e-3])
         self.assertEqual([r["operation"] for r in by("path")], ["position", "follow"])
+        self.assertEqual([r["operation"] for r in by("spin")],
+                         [p + f for p in ("gap", "across", "widest") for f in ("", "-follow")])
         with open(table, newline="", encoding="utf-8") as file:
             written = list(csv.DictReader(file))
         self.assertEqual(len(written), len(rows))
