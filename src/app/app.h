@@ -38,6 +38,7 @@ int app_verify(int count, char **words);
 int app_view(int count, char **words);
 int app_report(int count, char **words);
 int app_bench(int count, char **words);
+int app_plan(int count, char **words);
 int app_info(int count, char **words);
 int app_help(const char *topic); /* NULL: what there is */
 

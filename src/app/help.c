@@ -11,6 +11,7 @@ static const char general[] =
     "  bitangent verify PART PATH         what PATH leaves of a stock, against PART\n"
     "  bitangent view PART [PATH]         looks at them: a window, or one picture\n"
     "  bitangent bench [PART]...          how fast it is, on this machine\n"
+    "  bitangent plan PART                how finely to sample for a tolerance\n"
     "  bitangent info [--json]            version and back ends\n"
     "  bitangent help [COMMAND]           this text, or that of a command\n"
     "  bitangent --version\n"
@@ -180,6 +181,20 @@ static const char bench[] =
     "  --json                  one JSON object on the standard output instead of the tables\n"
     "  --quiet                 no progress and no tables\n";
 
+static const char plan[] =
+    "bitangent plan PART\n"
+    "\n"
+    "How finely to sample for a tolerance: pixels and levels of a drop by depth images, facets of\n"
+    "tool and part, after the GPU paper's error model; then drops by such pixels on PART, a glTF\n"
+    "file, against exact ones: by the back end osmesa where it is ready, else by a ray a pixel.\n"
+    "Exit status 1 when an error is above its bound, or all are below a tenth of theirs, or the\n"
+    "tolerance is not kept.\n"
+    "\n"
+    "  --tolerance MM          default 0.001\n"
+    "  -o, --output FILE       .png or .svg: error against pixels\n"
+    "  --tool RO,RI[,PROFILE], --gltf-unit m|mm, --up y|z, --use-mesh, --json, --quiet\n"
+    "                          as in 'bitangent help path'\n";
+
 static const char info[] =
     "bitangent info [--json]\n"
     "\n"
@@ -199,12 +214,14 @@ int app_help(const char *topic) {
         text = report;
     } else if (topic && strcmp(topic, "bench") == 0) {
         text = bench;
+    } else if (topic && strcmp(topic, "plan") == 0) {
+        text = plan;
     } else if (topic && strcmp(topic, "info") == 0) {
         text = info;
     } else if (topic && strcmp(topic, "help") != 0) {
         return app_complain(APP_UNUSABLE,
-                            "no help on '%.200s'; there is path, report, verify, view, bench and "
-                            "info",
+                            "no help on '%.200s'; there is path, report, verify, view, bench, "
+                            "plan and info",
                             topic);
     }
     btg_output out = btg_output_borrow(stdout);

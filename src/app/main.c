@@ -15,16 +15,11 @@ static int version(void) {
     return app_complain(APP_FAILED, "%s", message.text);
 }
 
-static bool is_later_command(const char *word) {
-    return is(word, "plan");
-}
-
 int main(int count, char **words) {
     btg_output_guard();
     if (count < 2) {
-        return app_complain(
-            APP_UNUSABLE,
-            "no command; give path, report, verify, view, bench or info, see 'bitangent help'");
+        return app_complain(APP_UNUSABLE, "no command; give path, report, verify, view, bench, "
+                                          "plan or info, see 'bitangent help'");
     }
     const char *command = words[1];
     if (is(command, "path")) return app_path(count - 2, words + 2);
@@ -32,14 +27,11 @@ int main(int count, char **words) {
     if (is(command, "report")) return app_report(count - 2, words + 2);
     if (is(command, "bench")) return app_bench(count - 2, words + 2);
     if (is(command, "view")) return app_view(count - 2, words + 2);
+    if (is(command, "plan")) return app_plan(count - 2, words + 2);
     if (is(command, "info")) return app_info(count - 2, words + 2);
     if (is(command, "help") || is(command, "--help") || is(command, "-h")) {
         return app_help(count > 2 ? words[2] : NULL);
     }
     if (is(command, "--version")) return version();
-    if (is_later_command(command)) {
-        return app_complain(APP_UNUSABLE, "%s is not in this version; see 'bitangent help'",
-                            command);
-    }
     return app_complain(APP_UNUSABLE, "unknown command '%.200s'; see 'bitangent help'", command);
 }

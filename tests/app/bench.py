@@ -290,6 +290,39 @@ class Papers(Case):
                 self.assertIn("</svg>", file.read()[-20:])
 
 
+class Plan(Case):
+    def run_program(self, *words):
+        return subprocess.run([PROGRAM, "plan", *words], stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, timeout=500,
+                              check=False)
+
+    def test_saddle(self):
+        last = None
+        for tolerance in (0.2, 0.05, 0.02):
+            out = self.at("plan.svg")
+            plan = json.loads(self.good(SADDLE, "--tolerance", str(tolerance), "--json", "-o", out))
+            for way in (plan["one_level"], plan["two_levels"]):
+                self.assertLessEqual(way["bound_mm"], tolerance / 2)
+            pitch = 2 * 12.7 / plan["one_level"]["window"]
+            self.assertAlmostEqual(plan["one_level"]["pitch_mm"], pitch)
+            check = plan["check"]
+            self.assertTrue(check["holds"])
+            self.assertLessEqual(check["measured_mm"], tolerance / 2)
+            self.assertTrue(0.1 <= check["model_share_of_bound"] <= 1, check)
+            # facets by the sagitta of their side
+            angle = math.pi / plan["tool_facets_around"]
+            self.assertLessEqual(12.7 * (1 - math.cos(angle)), tolerance / 4)
+            if last:
+                self.assertLess(last["one_level"]["window"], plan["one_level"]["window"])
+                self.assertLess(last["part_triangles"], plan["part_triangles"])
+            last = plan
+        with open(out, encoding="utf-8") as file:
+            self.assertIn("</svg>", file.read()[-20:])
+
+    def test_text(self):
+        self.assertIn("--method depth --levels", self.good(SADDLE, "--tolerance", "0.2"))
+
+
 class Refusals(Case):
     def test_command_line(self):
         self.bad("--fast", say="--fast")

@@ -180,7 +180,9 @@ class Commands(Case):
         self.bad(2, "paht", say="unknown command")
         self.bad(2, "help", "nothing", say="no help")
         self.bad(2, "info", "--jsom", say="--jsom")
-        self.bad(2, "plan", "x", say="not in this version")
+        self.bad(2, "plan", say="no part")
+        self.bad(2, "plan", "x", "--side-step", "1", say="unknown option")
+        self.bad(2, "plan", "x", "-o", self.at("x.pdf"), say=".png or .svg")
 
 
 class Refusals(Case):
