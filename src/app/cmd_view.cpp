@@ -92,8 +92,11 @@ int screenshot(const view_options &o, view::state *s) {
     view::frame_facts facts;
     btg_message message;
     view::worker worker;
-    for (int i = 0; i < o.key_count; i++)
+    for (int i = 0; i < o.key_count; i++) {
         press(s, o.keys[i]);
+        if (!s->dropped.empty()) open_dropped(s, o.path);
+        if (!s->note.empty()) return app_complain(APP_UNUSABLE, "%s", s->note.c_str());
+    }
     if (!worker_finish(&worker, s, o.path)) return app_complain(APP_FAILED, "%s", s->note.c_str());
     btg_status status = render_picture(s, o.width, o.height, &picture, &facts, &message);
     if (status == BTG_OK) status = save_picture(picture, o.screenshot, &message);

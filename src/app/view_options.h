@@ -5,6 +5,7 @@
 #include "app/options.h"
 
 #define VIEW_KEYS_MAX 256 /* keys of --keys */
+#define VIEW_KEY_SIZE 200 /* characters of one, its end included */
 
 typedef struct view_options {
     path_options path;      /* part, and how a path over it is made */
@@ -15,7 +16,7 @@ typedef struct view_options {
     uint32_t position;      /* from 1; 0: one where there is much to see */
     const char *view_from;  /* NULL: along the tilt */
     bool look_at_part;      /* all of it, not the tool's surroundings */
-    char keys[VIEW_KEYS_MAX][16];
+    char keys[VIEW_KEYS_MAX][VIEW_KEY_SIZE];
     int key_count;
 } view_options;
 

@@ -19,7 +19,7 @@ extern "C" {
 namespace view {
 
 /* More are refused: a window is no place for them. */
-constexpr std::size_t positions_max = 2000000;
+constexpr std::size_t positions_max = 1000000;
 
 /* Fills in a message; returns status. */
 btg_status say(btg_message *message, btg_status status, const std::string &text);

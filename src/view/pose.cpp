@@ -23,6 +23,12 @@ glm::dvec3 perpendicular(glm::dvec3 axis) {
     return glm::normalize(glm::cross(axis, e));
 }
 
+/* What a file says of a contact may be anything. */
+static bool is_contact(glm::dvec3 point, glm::dvec3 normal) {
+    return finite(point) && finite(normal) && glm::length(point) <= 4 * BTG_LENGTH_MAX &&
+           std::fabs(glm::length(normal) - 1) < 0.01;
+}
+
 /* v points from o1 to the tool axis; where P is on the axis there is no such direction. */
 static void frame(pose *s, const btg_tool &tool) {
     s->o1 = s->p + tool.def.minor_radius_mm * s->np;
@@ -46,9 +52,9 @@ pose pose_of(const btg_tool &tool, const btg_position &at) {
     s.centre = s.tip + tool.def.minor_radius_mm * s.axis;
     s.p = to_glm(at.p.point), s.np = to_glm(at.p.normal);
     s.q = to_glm(at.q.point), s.nq = to_glm(at.q.normal);
-    s.has_p = finite(s.p) && finite(s.np) && glm::length(s.np) > 0.5;
-    s.has_q = s.has_p && finite(s.q) && finite(s.nq) && glm::length(s.nq) > 0.5;
-    s.tilt_rad = std::isfinite(at.tilt_rad) ? at.tilt_rad : 0;
+    s.has_p = is_contact(s.p, s.np);
+    s.has_q = s.has_p && is_contact(s.q, s.nq);
+    s.tilt_rad = std::fabs(at.tilt_rad) <= 4 ? at.tilt_rad : 0;
     if (s.has_p) frame(&s, tool);
     return s;
 }

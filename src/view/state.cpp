@@ -201,7 +201,7 @@ const key_help key_list[] = {
     {"drag", "turn"},
     {"right drag, Shift drag", "move"},
     {"wheel, + -", "nearer, farther"},
-    {"Space", "play, stop"},
+    {"Space, [ ]", "play, stop; slower, faster"},
     {"Left Right", "one position"},
     {"Shift Left Right", "ten"},
     {"Up Down", "pass"},
@@ -224,6 +224,12 @@ const std::size_t key_count = sizeof key_list / sizeof *key_list;
 
 static void flip(bool *b) {
     *b = !*b;
+}
+
+/* From the start again where it has ended. */
+static void play(state *s) {
+    s->playing = !s->playing;
+    if (s->playing && s->path && s->at + 1 >= s->path->rows.size()) go_to(s, 0);
 }
 
 static std::string next_of(const std::vector<std::string> &names, const std::string &name) {
@@ -272,7 +278,9 @@ struct binding {
 };
 
 static const binding bindings[] = {
-    {"space", [](state *s) { flip(&s->playing); }},
+    {"space", play},
+    {"[", [](state *s) { s->speed = std::max(s->speed / 2, 1.0); }},
+    {"]", [](state *s) { s->speed = std::min(s->speed * 2, 2000.0); }},
     {"left", [](state *s) { step(s, -1); }},
     {"right", [](state *s) { step(s, 1); }},
     {"shift+left", [](state *s) { step(s, -10); }},
@@ -307,13 +315,24 @@ static const binding bindings[] = {
     {"escape", [](state *s) { s->quit = true; }},
 };
 
+static const std::string drop_word = "drop:";
+
+static bool is_drop(const std::string &key) {
+    return key.compare(0, drop_word.size(), drop_word) == 0 && key.size() > drop_word.size();
+}
+
 bool key_known(const std::string &key) {
+    if (is_drop(key)) return true;
     for (const binding &b : bindings)
         if (key == b.name) return true;
     return false;
 }
 
 bool press(state *s, const std::string &key) {
+    if (is_drop(key)) {
+        s->dropped = key.substr(drop_word.size());
+        return true;
+    }
     for (const binding &b : bindings)
         if (key == b.name) {
             b.act(s);

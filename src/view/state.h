@@ -69,7 +69,8 @@ void look_at_part(state *s);
 bool look_from(state *s, const char *name);
 bool view_name_known(const char *name);
 
-/* One key by its name, as --keys takes it: "space", "left", "n", ... False: no such key. */
+/* One key by its name, as --keys takes it: "space", "left", "n", ...; "drop:FILE" drops a
+ * file. False: no such key. */
 bool press(state *s, const std::string &key);
 bool key_known(const std::string &key);
 

@@ -319,6 +319,41 @@ class Tracks(View):
                     self.assertAlmostEqual(a, b, delta=0.5, msg=(track, name))
 
 
+class Dropped(View):
+    def test_part_and_path(self):
+        rows = self.path()
+        saddle = os.path.join(program.ROOT, "assets", "saddle.gltf")
+        _, alone = self.look("--position", "3")
+        _, path = self.look("--keys", "drop:%s,home,right,right,f,1" % self.at("out.csv"))
+        self.assertEqual(path["positions"], len(rows))
+        for a, b in zip(alone["p_pixel"], path["p_pixel"]):
+            self.assertAlmostEqual(a, b, delta=0.5)
+        _, part = self.look("--keys", "drop:" + saddle)
+        self.assertEqual(part["positions"], json.loads(self.good("path", saddle, *self.steps,
+                                                                 "--json"))["positions"])
+        self.assertEqual(len(part["p_pixel"]), 2)
+
+    def test_refusals(self):
+        out = self.at("x.png")
+        for name, text, say in (("a.gltf", "{}", "a.gltf"), ("b.csv", "pass\n1\n", "b.csv"),
+                                ("c.txt", "c", "unknown kind")):
+            file = self.write(name, text)
+            self.bad(2, "view", self.part, "--screenshot", out, "--keys", "drop:" + file, say=say)
+
+    def test_wild_contacts(self):
+        """Whatever a path says of its contacts, there is a picture."""
+        self.path()
+        with open(self.at("out.csv")) as f:
+            lines = f.read().splitlines()
+        names = lines[0].split(",")
+        for wild in ("1e300", "-1e18", "nan", "0"):
+            words = lines[5].split(",")
+            for name in ("p_x", "np_x", "q_y", "nq_z", "tilt_deg", "foot_x"):
+                words[names.index(name)] = wild
+            track = self.write("wild.csv", "\n".join([lines[0], ",".join(words)]) + "\n")
+            self.look("--keys", "n,i,c", track=(track,))
+
+
 class Window(View):
     def show(self, *words, keys):
         screen = ["xvfb-run", "-a", "-s", "-screen 0 640x480x24"]
@@ -332,7 +367,7 @@ class Window(View):
             self.skipTest("xvfb-run is missing; tools/setup installs it")
 
     def test_plays_and_quits(self):
-        done = self.show(keys="home,space" + 8 * ",wait" + ",n,i,c,t,g,b,wait,s,space,q")
+        done = self.show(keys="home,],space" + 8 * ",wait" + ",n,i,c,t,g,b,wait,s,space,q")
         self.assertEqual((done.returncode, done.stderr), (0, b""))
         facts = json.loads(done.stdout)
         self.assertGreater(facts["position"], 1)
@@ -342,11 +377,12 @@ class Window(View):
         self.assertGreater(count(picture, is_blue), 30)
 
     def test_same_picture(self):
-        """Window and screenshot show the same."""
-        done = self.show(keys="h,wait,wait,wait,s,q")
+        """Window and screenshot show the same; what cannot be dropped leaves it as it was."""
+        self.path()
+        done = self.show(keys="h,drop:none.csv,wait,drop:out.csv,wait,home,f,1,wait,s,q")
         self.assertEqual((done.returncode, done.stderr), (0, b""))
         window = Picture(self.at("bitangent-view-001.png"))
-        alone, _ = self.look("--keys", "h", size=(400, 300))
+        alone, _ = self.look("--keys", "h,home,f,1", size=(400, 300), track=(self.at("out.csv"),))
         differ = sum(
             max(abs(a - b) for a, b in zip(window.at(x, y), alone.at(x, y))) > 40
             for y in range(300)
