@@ -6,7 +6,8 @@ static bool touches(const btg_position *p) {
     return p->status >= 0 && p->status != BTG_NO_CONTACT;
 }
 
-static void give(rows *r, const btg_row *row, bool linked) {
+static void give(rows *r, btg_row *row, bool linked) {
+    row->number = ++r->given;
     summary_add(r->summary, row);
     sinks_row(r->sinks, row, linked);
 }

@@ -15,6 +15,7 @@ typedef struct rows {
     double clear_z_mm;
     btg_motion *motion; /* NULL: the way between positions is not looked at */
     uint64_t added;     /* positions */
+    uint64_t given;     /* rows */
     size_t next;        /* of the footprint's points: the first that is in no row yet */
     bool any;           /* there is a last position: */
     btg_footprint_point at;

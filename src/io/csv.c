@@ -11,7 +11,7 @@ void btg_csv_header(btg_output *output) {
         btg_output_text(output, ",");
         btg_output_text(output, btg_row_names[i]);
     }
-    btg_output_text(output, "\n");
+    btg_output_text(output, ",row\n");
 }
 
 void btg_csv_row(btg_output *output, const btg_row *row) {
@@ -26,6 +26,6 @@ void btg_csv_row(btg_output *output, const btg_row *row) {
         n += isnan(values[i]) ? snprintf(line + n, room, ",nan")
                               : snprintf(line + n, room, ",%.17g", values[i]);
     }
-    line[n++] = '\n';
+    n += snprintf(line + n, sizeof line - (size_t)n, ",%llu\n", (unsigned long long)row->number);
     btg_output_write(output, line, (size_t)n);
 }

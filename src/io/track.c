@@ -10,12 +10,13 @@
 #define BYTE_ORDER_MARK "\xef\xbb\xbf"
 #define COLUMNS_MAX     64
 #define AXIS_LENGTH_MIN 1e-6
+#define ROW_MAX         1e15 /* a double counts up to there */
 #define MM_PER_INCH     25.4
 /* A cutter's diameter and its two radii, as APT gives them, agree this well. */
 #define CUTTER_AGREES 1e-4
 
-static const char *const csv_column[9] = {"pass",  "point",  "status", "tip_x", "tip_y",
-                                          "tip_z", "axis_x", "axis_y", "axis_z"};
+static const char *const csv_column[10] = {"pass",  "point",  "status", "tip_x",  "tip_y",
+                                           "tip_z", "axis_x", "axis_y", "axis_z", "row"};
 
 static btg_status fail(const btg_track *t, btg_message *message, const char *reason) {
     return btg_fail(message, BTG_ERROR_FORMAT, "%.256s:%llu: %s", t->path,
@@ -105,7 +106,7 @@ static btg_status csv_header(btg_track *t, btg_message *message) {
     bool ended;
     btg_status status = get_line(t, 0, &size, &ended, message);
     if (status < 0) return status;
-    for (int i = 0; i < 9; i++)
+    for (int i = 0; i < 10; i++)
         t->column[i] = -1;
     for (int i = 0; i < BTG_ROW_VALUES; i++)
         t->value_column[i] = -1;
@@ -113,7 +114,7 @@ static btg_status csv_header(btg_track *t, btg_message *message) {
     if (strncmp(s, BYTE_ORDER_MARK, 3) == 0) s += 3;
     for (t->columns = 0; t->columns < COLUMNS_MAX; t->columns++) {
         size_t n = strcspn(s, ",");
-        find_name(csv_column, 9, s, n, t->columns, t->column);
+        find_name(csv_column, 10, s, n, t->columns, t->column);
         find_name(btg_row_names, BTG_ROW_VALUES, s, n, t->columns, t->value_column);
         if (s[n] == '\0') break;
         s += n + 1;
@@ -152,16 +153,28 @@ static btg_status csv_tell(btg_track *t, const btg_verify_pose *pose, btg_messag
     return fail(t, message, "unknown status; give a path as written");
 }
 
-/* Counts the points left out since the row before, by numbers that skip; a pass that is not there
- * counts as one. */
-static void check_numbers(btg_track *t, uint32_t pass, uint32_t point) {
+/* Points left out since the row before, by numbers that skip; a pass that is not there counts as
+ * one. */
+static uint64_t skipped_points(const btg_track *t, uint32_t pass, uint32_t point) {
     uint64_t skipped = 0;
+    if (t->column[0] < 0 || t->column[1] < 0) return 0;
     if (!t->numbered || pass != t->last_pass)
         skipped = point;
     else if (point > t->last_point + 1)
         skipped = point - t->last_point - 1;
     if (t->numbered && pass > t->last_pass + 1) skipped += pass - t->last_pass - 1;
     if (!t->numbered && pass > 0) skipped++;
+    return skipped;
+}
+
+/* Rows left out; one that is out of its order counts as one. */
+static uint64_t skipped_rows(const btg_track *t, uint64_t row) {
+    return row > t->last_row ? row - t->last_row - 1 : 1;
+}
+
+static void check_numbers(btg_track *t, uint32_t pass, uint32_t point, double row) {
+    uint64_t skipped =
+        t->column[9] >= 0 ? skipped_rows(t, (uint64_t)row) : skipped_points(t, pass, point);
     if (skipped > 0 && t->missing == 0) {
         t->missing_pass = pass;
         t->missing_point = point;
@@ -170,16 +183,17 @@ static void check_numbers(btg_track *t, uint32_t pass, uint32_t point) {
     t->numbered = true;
     t->last_pass = pass;
     t->last_point = point;
+    t->last_row = (uint64_t)row;
 }
 
 static btg_status csv_row(btg_track *t, btg_verify_pose *pose, bool *contact,
                           btg_message *message) {
-    double v[9] = {0};
+    double v[10] = {0};
     const char *s = t->text;
     int column = 0;
     for (;; column++) {
         size_t n = strcspn(s, ",");
-        for (int i = 0; i < 9; i++) {
+        for (int i = 0; i < 10; i++) {
             if (t->column[i] != column || i == 2) continue;
             if (!number(s, n, true, &v[i]))
                 return fail(t, message, "not a number; give a path as written");
@@ -191,9 +205,11 @@ static btg_status csv_row(btg_track *t, btg_verify_pose *pose, bool *contact,
         return fail(t, message, "not as many columns as in the first line; the file is cut short?");
     if (!(v[0] >= 0 && v[0] <= UINT32_MAX && v[1] >= 0 && v[1] <= UINT32_MAX))
         return fail(t, message, "pass and point are no counts; give whole numbers from 0");
+    if (!(v[9] >= 0 && v[9] <= ROW_MAX))
+        return fail(t, message, "row is no count; give whole numbers from 1");
     bool same = t->numbered && (uint32_t)v[0] == t->last_pass;
     if (t->column[0] < 0) same = true;
-    if (t->column[0] >= 0 && t->column[1] >= 0) check_numbers(t, (uint32_t)v[0], (uint32_t)v[1]);
+    check_numbers(t, (uint32_t)v[0], (uint32_t)v[1], v[9]);
     *contact = !isnan(v[3]);
     if (!*contact) {
         t->linked = false;

@@ -31,9 +31,10 @@ typedef struct btg_track {
     uint64_t line;
     char text[BTG_TRACK_LINE];
     /* CSV */
-    int columns, column[9]; /* pass, point, status, tip, axis */
+    int columns, column[10]; /* pass, point, status, tip, axis, row */
     bool numbered;          /* `last` has the numbers of a row */
     uint32_t last_pass, last_point;
+    uint64_t last_row;
     uint64_t missing; /* point numbers left out so far; of a program: moves, when it has ended */
     uint32_t missing_pass, missing_point; /* CSV: the first of them */
     int value_column[BTG_ROW_VALUES];

@@ -20,7 +20,7 @@ static char *text_of(FILE *file) {
 }
 
 static btg_row example(void) {
-    btg_row row = {.pass = 3, .point = 14};
+    btg_row row = {.number = 159, .pass = 3, .point = 14};
     btg_position *p = &row.position;
     p->status = BTG_SINGLE_CONTACT;
     p->foot_x_mm = 0.1;
@@ -47,12 +47,12 @@ static void test_csv(void) {
     CHECK(strcmp(text,
                  "pass,point,status,foot_x,foot_y,tip_x,tip_y,tip_z,axis_x,axis_y,axis_z,p_x,p_y,"
                  "p_z,np_x,np_y,np_z,q_x,q_y,q_z,nq_x,nq_y,nq_z,drop_z,tilt_deg,spin_deg,"
-                 "inclination_deg\n"
+                 "inclination_deg,row\n"
                  "3,14,single-contact,0.10000000000000001,-2,1,2,0.33333333333333331,0,0,1,"
                  "1e-300,1000000000000000,0,0,0,1,nan,nan,nan,nan,nan,nan,7,90,0,"
-                 "0\n"
+                 "0,159\n"
                  "3,14,lift,0.10000000000000001,-2,1,2,0.33333333333333331,0,0,1,nan,nan,nan,nan,"
-                 "nan,nan,nan,nan,nan,nan,nan,nan,nan,nan,nan,nan\n") == 0);
+                 "nan,nan,nan,nan,nan,nan,nan,nan,nan,nan,nan,nan,159\n") == 0);
     free(text);
 }
 
