@@ -14,6 +14,11 @@
 #define BACKEND_DEF_VERSION 1
 /* More threads than any machine this runs on has; a larger number is a slip of the finger. */
 #define THREADS_MAX 1024
+/* Pixels a side of depth images: the paper's, for one level and for two; and what makes sense. */
+#define WINDOW_ONE 625
+#define WINDOW_TWO 50
+#define WINDOW_MIN 8
+#define WINDOW_MAX 4096
 
 struct btg_backend {
     const btg_backend_table *table;
@@ -36,6 +41,7 @@ btg_backend_def btg_backend_def_default(void) {
     btg_backend_def def;
     memset(&def, 0, sizeof def);
     def.version = BACKEND_DEF_VERSION;
+    def.levels = 2;
     return def;
 }
 
@@ -103,6 +109,17 @@ static btg_status check_ready(const btg_backend_table *table, btg_message *messa
                     table->name, why[0] ? why : "none at all");
 }
 
+/* False: no such depth images. */
+static bool set_images(const btg_backend_def *def, btg_backend_setup *setup) {
+    uint32_t window = def->window_pixels;
+    if (def->levels < 1 || def->levels > 2) return false;
+    if (window == 0) window = def->levels == 1 ? WINDOW_ONE : WINDOW_TWO;
+    if (window < WINDOW_MIN || window > WINDOW_MAX) return false;
+    setup->levels = def->levels;
+    setup->window = window;
+    return true;
+}
+
 static btg_status make_setup(const btg_backend_def *def, const btg_part *part, const btg_tool *tool,
                              const btg_solver_def *solver, btg_backend_setup *setup,
                              btg_message *message) {
@@ -118,6 +135,12 @@ static btg_status make_setup(const btg_backend_def *def, const btg_part *part, c
                         (unsigned long)def->threads, THREADS_MAX);
     }
     memset(setup, 0, sizeof *setup);
+    if (!set_images(def, setup)) {
+        return btg_fail(message, BTG_ERROR_ARGUMENT,
+                        "back end: %lu levels of %lu pixels; give 1 or 2 levels of %d to %d pixels",
+                        (unsigned long)def->levels, (unsigned long)def->window_pixels, WINDOW_MIN,
+                        WINDOW_MAX);
+    }
     btg_status status = btg_tool_init(&tool->def, &setup->tool, message);
     if (status == BTG_OK) status = btg_check_solver(solver, message);
     if (status != BTG_OK) return status;

@@ -19,9 +19,10 @@ typedef struct btg_backend_setup {
     btg_solver_def solver;
     uint32_t threads;
     btg_allocator allocator;
-    bool raw;               /* devices: do not polish */
-    const char *gl_context; /* as in btg_backend_def; while opening alone */
-    const void *user;       /* what a table of btg_backend_open_table is told besides; else NULL */
+    bool raw;                /* devices: do not polish */
+    uint32_t levels, window; /* of depth images: resolved */
+    const char *gl_context;  /* as in btg_backend_def; while opening alone */
+    const void *user;        /* what a table of btg_backend_open_table is told besides; else NULL */
 } btg_backend_setup;
 
 /* One back end. `state` is what open() made.
@@ -74,6 +75,7 @@ extern const size_t btg_backend_registry_count;
 extern const btg_backend_table btg_backend_cpu;
 extern const btg_backend_table btg_backend_reference;
 extern const btg_backend_table btg_backend_gl;     /* where it was built: BTG_HAVE_GL */
+extern const btg_backend_table btg_backend_osmesa; /* where it was built: BTG_HAVE_OSMESA */
 extern const btg_backend_table btg_backend_vulkan; /* where it was built: BTG_HAVE_VULKAN */
 
 /* One that goes on with the next where a device fails (fallback.c), opened by

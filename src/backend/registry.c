@@ -4,8 +4,13 @@
 #include <string.h>
 
 /* Left out of this build: known by name, so that asking for one gets a plain answer. */
-static const btg_backend_table osmesa = {
-    .name = "osmesa", .summary = "depth images and compute by OpenGL without a window"};
+#ifdef BTG_HAVE_OSMESA
+#define OSMESA btg_backend_osmesa
+#else
+static const btg_backend_table osmesa = {.name = "osmesa",
+                                         .summary = "depth images by OpenGL without a window"};
+#define OSMESA osmesa
+#endif
 #ifdef BTG_HAVE_GL
 #define GL btg_backend_gl
 #else
@@ -20,7 +25,7 @@ static const btg_backend_table vulkan = {.name = "vulkan", .summary = "compute b
 #endif
 
 const btg_backend_table *const btg_backend_registry[] = {&btg_backend_cpu, &btg_backend_reference,
-                                                         &osmesa, &GL, &VULKAN};
+                                                         &OSMESA, &GL, &VULKAN};
 const size_t btg_backend_registry_count =
     sizeof btg_backend_registry / sizeof btg_backend_registry[0];
 

@@ -130,6 +130,8 @@ btg_status btg_method_open(const btg_method_def *def, const btg_part *part, cons
     btg_method *m = btg_allocate(allocator, 1, sizeof *m);
     if (!m) return btg_fail(message, BTG_ERROR_MEMORY, "method: out of memory");
     *m = (btg_method){.info = methods[i].info, .def = *def};
+    m->def.backend.levels = (uint32_t)def->levels;
+    m->def.backend.window_pixels = def->window;
     status = open_fronts(m, methods[i].table, part, tool, solver, message);
     if (status != BTG_OK) {
         btg_method_close(m);

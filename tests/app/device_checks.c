@@ -147,11 +147,9 @@ static void test_threads(void) {
 /* Samples stand a tenth of the tool's radius apart: of two peaks the lower may be followed where
  * they differ by less than a sample can miss, pitch^2 / (4 minor radius). */
 #define RAW_WORST_MM 0.07
-/* Single precision of what is followed to its top. */
-#define RAW_MM 1e-5
 
-/* What the device finds by itself: heights to single precision, nothing claimed as proven. */
-static void test_raw(void) {
+/* What the device finds by itself: all but a few heights that near, nothing claimed as proven. */
+static void test_raw(double near_mm) {
     size_t off = 0;
     static btg_position raw[COUNT], proven[COUNT];
     solve(name, 1, raw);
@@ -161,7 +159,7 @@ static void test_raw(void) {
         if (proven[i].status == BTG_NO_CONTACT) continue;
         double error = fabs(raw[i].drop_z_mm - proven[i].drop_z_mm);
         CHECK(error < RAW_WORST_MM);
-        if (error > RAW_MM) off++;
+        if (error > near_mm) off++;
         CHECK(isnan(raw[i].bound_mm));
         CHECK(!isnan(proven[i].bound_mm));
     }
@@ -193,12 +191,13 @@ btg_backend_setup device_checks_begin(const char *backend) {
     solver = btg_solver_def_default();
     part = make_part();
     name = backend;
-    return (btg_backend_setup){.part = part, .tool = tool, .solver = solver, .threads = 2};
+    return (btg_backend_setup){
+        .part = part, .tool = tool, .solver = solver, .threads = 2, .levels = 2, .window = 50};
 }
 
-void device_check_threads_raw_times(void) {
+void device_check_threads_raw_times(double near_mm) {
     test_threads();
-    test_raw();
+    test_raw(near_mm);
     test_times();
 }
 

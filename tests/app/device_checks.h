@@ -14,8 +14,10 @@ int device_checks_end(int result);
 
 /* Batches of many sizes to an opened state: the cpu's answers. */
 void device_check_batches(void *state);
-/* By the back end's name: four threads with a device each; what single precision alone is worth;
- * where the time goes. */
-void device_check_threads_raw_times(void);
+/* Heights in single precision, of what is followed to its top. */
+#define DEVICE_FOLLOWED_MM 1e-5
+/* By the back end's name: four threads with a device each; raw heights, of which all but a few are
+ * that near; where the time goes. */
+void device_check_threads_raw_times(double near_mm);
 
 #endif

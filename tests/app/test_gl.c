@@ -46,7 +46,7 @@ int main(void) {
     btg_backend_setup setup = device_checks_begin("gl");
     test_missing(&setup);
     bool osmesa = test_provider(&setup, "osmesa"), egl = test_provider(&setup, "egl");
-    if (osmesa || egl) device_check_threads_raw_times();
+    if (osmesa || egl) device_check_threads_raw_times(DEVICE_FOLLOWED_MM);
     int result = osmesa || egl ? 0 : 77;
     return device_checks_end(check_failures > 0 ? 1 : result);
 }

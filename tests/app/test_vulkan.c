@@ -38,6 +38,6 @@ int main(void) {
     }
     btg_backend_setup setup = device_checks_begin("vulkan");
     int result = test_validation(&setup);
-    device_check_threads_raw_times();
+    device_check_threads_raw_times(DEVICE_FOLLOWED_MM);
     return device_checks_end(result);
 }

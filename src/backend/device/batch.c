@@ -92,7 +92,7 @@ static btg_status fill(batch *b, const void *user, uint32_t dispatch, btg_messag
                         b->ops->name);
     status = make_room(b, message);
     if (status == BTG_OK)
-        status = btg_scene_make(&b->setup, limits.buffer_bytes, &b->scene, message);
+        status = btg_scene_make(&b->setup, &b->ops->cells, limits.buffer_bytes, &b->scene, message);
     if (status != BTG_OK) return status;
     status = b->ops->load(b->device, &b->scene, b->capacity, &b->times.device_bytes, message);
     btg_release(&b->setup.allocator, b->scene.geometry);

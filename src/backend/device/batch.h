@@ -20,10 +20,11 @@ typedef struct btg_device_limits {
     uint32_t groups;     /* workgroups a dispatch */
 } btg_device_limits;
 
-/* What a device back end is made of. All are mandatory, and called by one thread at a time. Errors:
- * ERROR_NO_DEVICE at start, ERROR_MEMORY, ERROR_DEVICE (lost, or no answer in time). */
+/* What a device back end is made of. All calls are mandatory, and made by one thread at a time.
+ * Errors: ERROR_NO_DEVICE at start, ERROR_MEMORY, ERROR_DEVICE (lost, or no answer in time). */
 typedef struct btg_device_ops {
     const char *name;
+    btg_cell_size cells; /* the part is cut into, as parts of the tool's radius; optional */
     /* Finds and starts the device. `user` is what btg_batch_open was given. On error *device is
      * untouched, and nothing is left behind. */
     btg_status (*start)(const btg_backend_setup *setup, const void *user, void **device,

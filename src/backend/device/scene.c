@@ -72,12 +72,16 @@ static size_t lay_out(builder *b) {
     }
 }
 
-static btg_status choose_size(builder *b, const btg_tool *tool, size_t bytes_max,
-                              btg_message *message) {
+static btg_status choose_size(builder *b, const btg_tool *tool, const btg_cell_size *wanted,
+                              size_t bytes_max, btg_message *message) {
     const btg_tool_element *e = &tool->element[0];
     double radius = e->ring_radius_mm + e->corner_radius_mm;
     double pitch = b->follow ? CELL_PITCH : CELL_PITCH_POLISHED;
-    b->size = (btg_cell_size){CELL_SIDE * radius, pitch * radius, CELL_RESIDUAL * radius};
+    b->size = (btg_cell_size){CELL_SIDE, pitch, CELL_RESIDUAL};
+    if (wanted->side > 0) b->size = *wanted;
+    b->size.side *= radius;
+    b->size.pitch *= radius;
+    b->size.residual *= radius;
     size_t items = (size_t)b->part->patch_count + b->part->triangle_count, bytes = 0;
     for (int i = 0; i < COARSENINGS; i++) {
         b->cells = count_cells(b);
@@ -253,8 +257,8 @@ static btg_status build(builder *b, const btg_tool *tool, btg_message *message) 
     return BTG_OK;
 }
 
-btg_status btg_scene_make(const btg_backend_setup *setup, size_t bytes_max, btg_scene *scene,
-                          btg_message *message) {
+btg_status btg_scene_make(const btg_backend_setup *setup, const btg_cell_size *wanted,
+                          size_t bytes_max, btg_scene *scene, btg_message *message) {
     const btg_part *part = setup->part;
     btg_scene made = {.middle = vec_scale(vec_add(part->info.box_min, part->info.box_max), 0.5)};
     builder b = {
@@ -262,7 +266,7 @@ btg_status btg_scene_make(const btg_backend_setup *setup, size_t bytes_max, btg_
     b.patches = part->patch_count;
     for (uint32_t i = 0; i < part->patch_count; i++)
         b.coefficients += patch_points(&part->patches[i]);
-    btg_status status = choose_size(&b, &setup->tool, bytes_max, message);
+    btg_status status = choose_size(&b, &setup->tool, wanted, bytes_max, message);
     if (status == BTG_OK) status = build(&b, &setup->tool, message);
     if (status == BTG_OK) *scene = made;
     return status;

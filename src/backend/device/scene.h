@@ -17,21 +17,22 @@ typedef struct btg_scene {
     btg_vec3 middle; /* of the part: coordinates on the device are from here */
 } btg_scene;
 
-/* Cuts patches and triangles into cells small against the tool and builds the tree over them.
- * `bytes_max`: what the device takes in one buffer. ERROR_MEMORY, or ERROR_UNSUPPORTED where the
- * part does not fit. */
-btg_status btg_scene_make(const btg_backend_setup *setup, size_t bytes_max, btg_scene *scene,
-                          btg_message *message);
-void btg_scene_free(const btg_allocator *allocator, btg_scene *scene);
-
-/* ---- cells.c ------------------------------------------------------------------------------ */
-
 /* How finely a part is cut; lengths in mm. */
 typedef struct btg_cell_size {
     double side;     /* of a cell, about */
     double pitch;    /* of samples on it */
     double residual; /* of its quadratic piece, about */
 } btg_cell_size;
+
+/* Cuts patches and triangles into cells small against the tool and builds the tree over them.
+ * `wanted`: their size as parts of the tool's radius; all 0: what a search on the device wants.
+ * `bytes_max`: what the device takes in one buffer. ERROR_MEMORY, or ERROR_UNSUPPORTED where the
+ * part does not fit. */
+btg_status btg_scene_make(const btg_backend_setup *setup, const btg_cell_size *wanted,
+                          size_t bytes_max, btg_scene *scene, btg_message *message);
+void btg_scene_free(const btg_allocator *allocator, btg_scene *scene);
+
+/* ---- cells.c ------------------------------------------------------------------------------ */
 
 /* Cells an item is cut into, along u and v; a triangle's are those with i + j < *nu = *nv. */
 void btg_cells_count(const btg_part *part, uint32_t item, const btg_cell_size *size, uint32_t *nu,

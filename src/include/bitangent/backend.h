@@ -40,6 +40,10 @@ typedef struct btg_backend_def {
                 nothing proven (bound_mm NaN); the cpu and the reference have no such. Default 0 */
     const char *gl_context; /* who makes OpenGL's contexts: "osmesa" or "egl"; NULL or "auto": the
                                first of them that is there. Used while opening alone */
+    /* Depth images (osmesa; others take no notice): */
+    uint32_t levels; /* 1: one image of the tool's width; 2: and then one two pixels wide about each
+                        valley. Default 2 */
+    uint32_t window_pixels; /* an image's side, 8 .. 4096; 0 (default): 50, or 625 on one level */
 } btg_backend_def;
 
 BTG_API btg_backend_def btg_backend_def_default(void);

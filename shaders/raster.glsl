@@ -1,0 +1,57 @@
+/* One point of the part in one pixel: its value by the closed form, as depth. */
+#include "buffers.glsl"
+#include "tiles.h"
+#include "surface.glsl"
+#include "ray.glsl"
+
+BTG_BIND(std140, BTG_RASTER_PASS) uniform pass_block {
+    btg_raster_pass pass;
+};
+
+layout(location = 0) flat in vec4 start;
+layout(location = 1) flat in vec3 cell_s;
+layout(location = 2) flat in vec3 cell_su;
+layout(location = 3) flat in vec3 cell_sv;
+layout(location = 4) flat in vec3 cell_suu;
+layout(location = 5) flat in vec3 cell_suv;
+layout(location = 6) flat in vec3 cell_svv;
+layout(location = 7) flat in uvec3 corner;
+layout(location = 8) flat in vec3 side;
+layout(location = 9) flat in vec4 contact;
+layout(location = 10) flat in vec3 beat;
+layout(location = 11) flat in vec4 within;
+layout(location = 12) flat in vec4 slope;
+layout(location = 0) out uvec2 place;
+
+/* A query in its own frame. */
+btg_gpu_query frame_query() {
+    btg_gpu_query q;
+    q.u = vec4(1, 0, 0, beat.x);
+    q.v = vec4(0, 1, 0, 0);
+    q.w = vec4(0, 0, 1, 0);
+    q.origin = q.origin_low = vec4(0);
+    q.p = vec4(0, contact.xy, beat.y);
+    q.n = vec4(0, contact.zw, 0);
+    return q;
+}
+
+void main() {
+    vec2 pixel = gl_FragCoord.xy - vec2(corner.xy);
+    float size = float(pass.size.x);
+    if (any(lessThan(pixel, vec2(0))) || any(greaterThan(pixel, vec2(size)))) discard;
+    vec2 d = pixel - start.xy;
+    vec2 st = clamp(start.zw + slope.xy * d.x + slope.zw * d.y, -1, 1);
+    if (side.x < dot(side.yz, st)) discard;
+    btg_surface_point c =
+        btg_surface_point(cell_s, cell_su, cell_sv, cell_suu, cell_suv, cell_svv);
+    vec3 s = taylor(c, st.x, st.y);
+    btg_gpu_query q = frame_query();
+#ifdef BTG_TILT
+    vec3 dp = s - q.p.xyz;
+    if (dot(dp, dp) - 2 * scene.element[0].y * dot(dp, q.n.xyz) < beat.z) discard;
+#endif
+    btg_ray_hit hit;
+    if (!ray_cast(q, s, hit) || hit.value <= beat.x) discard;
+    gl_FragDepth = clamp((pass.scale.z - hit.value) * pass.scale.w, 0, 1);
+    place = uvec2(corner.z | hit.element << BTG_RASTER_ELEMENT, packSnorm2x16(within.xy + within.zw * st));
+}

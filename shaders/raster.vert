@@ -1,0 +1,105 @@
+#version 450
+#extension GL_GOOGLE_include_directive : require
+/* Cells of the part into tiles, four vertices each. Geometry is pulled, so that one draw holds any
+ * pairs of tile and cell. */
+#include "buffers.glsl"
+#include "tiles.h"
+
+BTG_BIND(std140, BTG_RASTER_PASS) uniform pass_block {
+    btg_raster_pass pass;
+};
+BTG_BIND(std430, BTG_RASTER_TILES) readonly buffer tile_block {
+    btg_raster_tile tiles[];
+};
+BTG_BIND(std430, BTG_RASTER_LIST) readonly buffer list_block {
+    uvec2 list[]; /* tile, cell */
+};
+
+out gl_PerVertex {
+    vec4 gl_Position;
+};
+layout(location = 0) flat out vec4 start; /* a pixel, and s, t there */
+layout(location = 1) flat out vec3 cell_s;
+layout(location = 2) flat out vec3 cell_su;
+layout(location = 3) flat out vec3 cell_sv;
+layout(location = 4) flat out vec3 cell_suu;
+layout(location = 5) flat out vec3 cell_suv;
+layout(location = 6) flat out vec3 cell_svv;
+layout(location = 7) flat out uvec3 corner; /* of the tile; the cell */
+layout(location = 8) flat out vec3 side;    /* of a triangle: inside where x > y s + z t */
+layout(location = 9) flat out vec4 contact; /* P and its normal, v and w of each */
+layout(location = 10) flat out vec3 beat;   /* value; what the tile leaves out */
+layout(location = 11) flat out vec4 within; /* of a piece in its cell: s, t at its middle, scale */
+layout(location = 12) flat out vec4 slope;  /* of s, t by column, by row */
+
+/* Vertices stand on the rasteriser's own grid, from the tile's corner: then it does not show where
+ * in the atlas the tile is. */
+const float GRID = 256;
+
+vec2 view(uint kind, vec3 s) {
+    if (kind == BTG_VIEW_PLANE) return s.xy;
+    if (kind == BTG_VIEW_CYLINDER) return vec2(s.x, length(s.yz));
+    return vec2(s.x, dot(s.yz - contact.xy, vec2(contact.w, -contact.z)));
+}
+
+vec2 st_of(uint k) {
+    return vec2(k >> 1, k & 1u) * 2 - 1;
+}
+
+/* Where a corner of the cell stands in the tile. */
+vec2 pixel_of(uint k, btg_raster_tile tile) {
+    vec2 st = st_of(k);
+    vec3 s = cell_s + (cell_su + 0.5 * cell_suu * st.x + cell_suv * st.y) * st.x +
+             (cell_sv + 0.5 * cell_svv * st.y) * st.y;
+    vec2 x = (view(tile.at.y, s) - tile.window.xy) / tile.window.zw;
+    return round((0.5 + 0.5 * x) * float(pass.size.x) * GRID) / GRID;
+}
+
+/* s and t over the triangle of the corners a, b, and k, which carries what is flat. */
+void set_slope(uint k, vec2 at, vec2 to_a, vec2 to_b, vec2 st_a, vec2 st_b) {
+    float area = to_a.x * to_b.y - to_a.y * to_b.x;
+    start = vec4(at, st_of(k));
+    slope = vec4(0);
+    if (area == 0) return;
+    slope.xy = (st_a * to_b.y - st_b * to_a.y) / area;
+    slope.zw = (st_b * to_a.x - st_a * to_b.x) / area;
+}
+
+void main() {
+    uint index = uint(gl_VertexID);
+    uvec2 entry = list[index / 4u];
+    btg_raster_tile tile = tiles[entry.x];
+    btg_gpu_query q = queries[tile.at.x];
+    uint cell = scene.starts.x + BTG_GPU_CELL * entry.y;
+
+    vec4 high = geometry[cell], low = geometry[cell + 1], su = geometry[cell + 2],
+         sv = geometry[cell + 3], suu = geometry[cell + 4], suv = geometry[cell + 5],
+         svv = geometry[cell + 6];
+    mat3 frame = transpose(mat3(q.u.xyz, q.v.xyz, q.w.xyz));
+    cell_s = frame * ((high.xyz - q.origin.xyz) + (low.xyz - q.origin_low.xyz));
+    cell_su = frame * su.xyz;
+    cell_sv = frame * sv.xyz;
+    cell_suu = frame * suu.xyz;
+    cell_suv = frame * suv.xyz;
+    cell_svv = frame * svv.xyz;
+    bool triangle = floatBitsToUint(low.w) >= scene.counts.x;
+    side = triangle ? vec3(1 - su.w - sv.w, suu.w, suv.w) : vec3(1, 0, 0);
+    vec3 p = frame * q.p.xyz, n = frame * q.n.xyz;
+    contact = vec4(p.yz, n.yz);
+    beat = vec3(q.u.w, tile.leave.xy);
+    corner = uvec3(tile.at.zw, entry.y);
+    within = vec4(0, 0, 1, 1);
+    if (entry.y >= pass.size.z) {
+        corner.z = floatBitsToUint(svv.w);
+        uint whole = scene.starts.x + BTG_GPU_CELL * corner.z;
+        vec2 h = vec2(geometry[whole + 4].w, geometry[whole + 5].w);
+        within.xy = (vec2(su.w, sv.w) - vec2(geometry[whole + 2].w, geometry[whole + 3].w)) / h;
+        within.zw = vec2(suu.w, suv.w) / h;
+    }
+
+    /* Two triangles: 0 1 2, 2 1 3. */
+    uint k = index & 3u, other = k == 2u ? 0u : 2u;
+    vec2 at = pixel_of(k, tile), a = pixel_of(1u, tile), b = pixel_of(other, tile);
+    set_slope(k, at, a - at, b - at, st_of(1u) - st_of(k), st_of(other) - st_of(k));
+    gl_Position = vec4((vec2(tile.at.zw) + at) * pass.scale.xy - 1, 0, 1);
+}

@@ -1,0 +1,135 @@
+#version 450
+#extension GL_GOOGLE_include_directive : require
+/* The least depth of each tile and where, by one workgroup; then further valleys that may be as low
+ * between the pixels. */
+#include "tiles.h"
+
+layout(local_size_x = 16, local_size_y = 1, local_size_z = 1) in;
+layout(location = 0, binding = 0) uniform sampler2D depths;
+layout(location = 1, binding = 1) uniform usampler2D places;
+layout(std140, binding = BTG_RASTER_PASS) uniform pass_block {
+    btg_raster_pass pass;
+};
+layout(std430, binding = BTG_RASTER_TILES) readonly buffer tile_block {
+    btg_raster_tile tiles[];
+};
+layout(std430, binding = BTG_RASTER_PICKS) writeonly buffer pick_block {
+    btg_raster_pick picks[];
+};
+
+const uint NONE = 0xffffffffu;
+const float NOTHING = 1;
+/* Valleys are at least that many pixels apart. */
+const int APART = 2;
+
+/* Valleys that are looked at. */
+const uint VALLEYS = 64;
+
+shared uint best_depth, best_pixel, count;
+shared uint valleys[VALLEYS];
+
+ivec2 first;
+int size;
+
+ivec2 pixel_at(uint i) {
+    return ivec2(i % uint(size), i / uint(size));
+}
+
+float depth_at(ivec2 p) {
+    return texelFetch(depths, first + p, 0).x;
+}
+
+/* How much deeper the part may be between this pixel and the next. */
+float band(ivec2 p, vec4 window) {
+    vec2 at = window.xy + window.zw * ((vec2(p) + 0.5) * (2 / float(size)) - 1);
+    float x = (length(at) - pass.band.z) * pass.band.w, cos2 = max(1 - x * x, 0);
+    return min(pass.band.x, pass.band.y * cos2) / max(cos2, 1e-6);
+}
+
+/* No pixel about it is lower; of equal ones the first. */
+bool valley(ivec2 p, float depth) {
+    for (int j = -1; j <= 1; j++)
+        for (int i = -1; i <= 1; i++) {
+            ivec2 n = p + ivec2(i, j);
+            if (any(lessThan(n, ivec2(0))) || any(greaterThanEqual(n, ivec2(size)))) continue;
+            float other = depth_at(n);
+            bool before = j < 0 || (j == 0 && i < 0);
+            if (other < depth || (before && other == depth)) return false;
+        }
+    return true;
+}
+
+/* The least depth of all. */
+float find_best() {
+    uint lane = gl_LocalInvocationIndex, at = NONE;
+    float mine = NOTHING;
+    if (lane == 0) {
+        best_depth = best_pixel = NONE;
+        count = 0;
+    }
+    barrier();
+    for (uint i = lane; i < uint(size * size); i += gl_WorkGroupSize.x) {
+        float depth = depth_at(pixel_at(i));
+        if (depth >= mine) continue;
+        mine = depth;
+        at = i;
+    }
+    if (at != NONE) atomicMin(best_depth, floatBitsToUint(mine));
+    barrier();
+    if (at != NONE && floatBitsToUint(mine) == best_depth) atomicMin(best_pixel, at);
+    barrier();
+    return best_pixel == NONE ? NOTHING : uintBitsToFloat(best_depth);
+}
+
+void find_valleys(float least, vec4 window, float width) {
+    float most = least + max(width, pass.band.y);
+    for (uint i = gl_LocalInvocationIndex; i < uint(size * size); i += gl_WorkGroupSize.x) {
+        ivec2 p = pixel_at(i);
+        float depth = depth_at(p);
+        if (depth > most || depth >= NOTHING) continue;
+        if (depth > least + (width > 0 ? width : band(p, window)) || !valley(p, depth)) continue;
+        uint n = atomicAdd(count, 1);
+        if (n < VALLEYS) valleys[n] = i;
+    }
+    barrier();
+}
+
+/* The lowest of those found that is not near one of the first k chosen: NONE. */
+uint choose(uint chosen[BTG_RASTER_PICKS_MAX], uint k) {
+    uint best = NONE;
+    float least = NOTHING;
+    for (uint n = 0; n < min(count, VALLEYS); n++) {
+        ivec2 p = pixel_at(valleys[n]);
+        bool near = false;
+        for (uint i = 0; i < k; i++) {
+            ivec2 d = abs(p - pixel_at(chosen[i]));
+            near = near || max(d.x, d.y) <= APART;
+        }
+        float depth = depth_at(p);
+        if (near || depth > least || (depth == least && valleys[n] > best)) continue;
+        least = depth;
+        best = valleys[n];
+    }
+    return best;
+}
+
+btg_raster_pick pick_at(uint pixel) {
+    if (pixel == NONE) return btg_raster_pick(NOTHING, 0, 0, NONE);
+    ivec2 p = pixel_at(pixel);
+    uvec2 found = texelFetch(places, first + p, 0).xy;
+    return btg_raster_pick(depth_at(p), found.x, found.y, pixel);
+}
+
+void main() {
+    uint tile = gl_WorkGroupID.x, wanted = pass.size.y, chosen[BTG_RASTER_PICKS_MAX];
+    size = int(pass.size.x);
+    first = ivec2(tiles[tile].at.zw);
+    float least = find_best();
+    if (wanted > 1 && least < NOTHING) find_valleys(least, tiles[tile].window, tiles[tile].leave.z);
+    if (gl_LocalInvocationIndex != 0) return;
+    chosen[0] = best_pixel;
+    for (uint k = 0; k < wanted; k++) {
+        if (k > 0) chosen[k] = choose(chosen, k);
+        picks[tile * wanted + k] = pick_at(chosen[k]);
+    }
+}

@@ -1,0 +1,393 @@
+/* Depth images in one or two levels, after M. Singh, S. Bedi, S. Mann, "A GPU Method and Error
+ * Analysis of Multi-Point Positioning of a Toroidal Tool for 5-Axis Machining", 2024: windows as
+ * wide as the tool, then windows two pixels wide about each valley that may be the lowest. */
+#include "backend/osmesa/search.h"
+#include "core/part.h"
+
+#include <string.h>
+
+/* Side of the atlas, where one tile is not larger. */
+#define ATLAS_SIDE 2048
+/* About P circular rays graze the part: a view straight at it, that far to each side, in sizes of
+ * the cutter. */
+#define CONTACT_REACH 0.5
+/* Its pixels a side where there is one level alone. */
+#define CONTACT_PIXELS 50
+/* What the wide view leaves to that one: all within. */
+#define CONTACT_COVERS 0.45
+/* Radius about P, in sizes of the cutter, and power d, in squares of it: nearer, a point in single
+ * precision does not tell its angle. The osculating limit answers there, and the core's polish. */
+#define P_RADIUS 0.02
+#define P_POWER  6e-4
+/* Cells larger than that part of half a window are cut, in so many along each side at the most. */
+#define PIECE    0.45
+#define CUTS_MAX 64
+/* Coarse pixels' worth of height, as an angle at that many sizes of the cutter from O1. */
+#define BAND_LEVER 0.5
+/* A window whose best is on its rim is moved there, so often. */
+#define FOLLOW 4
+/* Windows a query, at the most: valleys of two coarse views. */
+#define TILES_MAX (2 * BTG_RASTER_PICKS_MAX)
+
+uint32_t btg_raster_search_atlas(const btg_raster_options *options, uint32_t most) {
+    uint32_t side = options->window > ATLAS_SIDE ? options->window : ATLAS_SIDE;
+    return side < most ? side : most;
+}
+
+static bool make_shot(btg_raster_shot *shot, const btg_allocator *allocator, size_t tiles) {
+    shot->tiles = btg_allocate(allocator, tiles, sizeof *shot->tiles);
+    shot->picks = btg_allocate(allocator, tiles, sizeof *shot->picks);
+    return shot->tiles && shot->picks;
+}
+
+btg_status btg_raster_search_room(btg_raster_search *s, const btg_allocator *allocator,
+                                  uint32_t capacity, btg_message *message) {
+    size_t tiles = (size_t)capacity * TILES_MAX;
+    s->capacity = capacity;
+    s->queries = btg_allocate(allocator, capacity, sizeof *s->queries);
+    s->best = btg_allocate(allocator, capacity, sizeof *s->best);
+    bool all = make_shot(&s->coarse, allocator, tiles) && make_shot(&s->fine, allocator, tiles);
+    s->list = btg_allocate(allocator, BTG_RASTER_DRAW, sizeof *s->list);
+    s->pieces = btg_allocate(allocator, BTG_RASTER_DRAW, sizeof *s->pieces);
+    all = all && s->queries && s->best && s->list && s->pieces;
+    if (all) return BTG_OK;
+    return btg_fail(message, BTG_ERROR_MEMORY, "osmesa: out of memory for %lu queries at once",
+                    (unsigned long)capacity);
+}
+
+void btg_raster_search_free(btg_raster_search *s, const btg_allocator *allocator) {
+    btg_scene_free(allocator, &s->scene);
+    btg_release(allocator, s->queries);
+    btg_release(allocator, s->best);
+    btg_release(allocator, s->coarse.tiles);
+    btg_release(allocator, s->coarse.picks);
+    btg_release(allocator, s->fine.tiles);
+    btg_release(allocator, s->fine.picks);
+    btg_release(allocator, s->list);
+    btg_release(allocator, s->pieces);
+}
+
+/* ---- windows ------------------------------------------------------------------------------ */
+
+static double cutter_size(const btg_raster_search *s) {
+    const btg_tool_element *e = &s->tool.element[0];
+    return e->corner_radius_mm > 0 ? e->corner_radius_mm : e->ring_radius_mm;
+}
+
+static double tool_radius(const btg_raster_search *s) {
+    double radius = 0;
+    for (uint32_t i = 0; i < s->tool.element_count; i++) {
+        const btg_tool_element *e = &s->tool.element[i];
+        radius = max2(radius, e->ring_radius_mm + e->corner_radius_mm);
+    }
+    return radius;
+}
+
+/* How far the tool reaches from the u axis through O1. */
+static double tilt_reach(const btg_raster_search *s) {
+    double major = s->tool.element[0].ring_radius_mm;
+    double reach = 2 * major + s->tool.element[0].corner_radius_mm;
+    for (uint32_t i = 1; i < s->tool.element_count; i++) {
+        const btg_tool_element *e = &s->tool.element[i];
+        double high = max2(fabs(e->from_mm), fabs(e->to_mm));
+        reach = max2(reach, norm2(major + e->ring_radius_mm, high));
+    }
+    return reach;
+}
+
+/* A window of a query; `leave`: radius about P, in sizes of the cutter. */
+static btg_raster_tile tile_of(const btg_raster_search *s, uint32_t query, uint32_t view,
+                               btg_gpu_vec4 window, double leave) {
+    double size = cutter_size(s), radius = leave * size, power = P_POWER * size * size;
+    return (btg_raster_tile){.window = window,
+                             .at = {query, view, 0, 0},
+                             .leave = {(float)(radius * radius), (float)power, 0, 0}};
+}
+
+static btg_raster_tile whole(const btg_raster_search *s, btg_op op, uint32_t query) {
+    float radius = (float)tool_radius(s), reach = (float)(0.5 * tilt_reach(s));
+    if (op == BTG_OP_DROP)
+        return tile_of(s, query, BTG_VIEW_PLANE, (btg_gpu_vec4){0, 0, radius, radius}, 0);
+    return tile_of(s, query, BTG_VIEW_CYLINDER, (btg_gpu_vec4){0, reach, radius, reach},
+                   CONTACT_COVERS);
+}
+
+static btg_raster_tile at_contact(const btg_raster_search *s, uint32_t query) {
+    float half = (float)(CONTACT_REACH * cutter_size(s));
+    return tile_of(s, query, BTG_VIEW_CONTACT, (btg_gpu_vec4){0, 0, half, half}, P_RADIUS);
+}
+
+/* Two pixels wide about a place; or as wide as before. */
+static btg_raster_tile closer(const btg_raster_search *s, const btg_search_best *at,
+                              uint32_t pixels, bool zoom) {
+    const btg_raster_tile *t = &at->tile;
+    float k = zoom ? 2.0f / (float)pixels : 1;
+    double middle[2];
+    btg_view view = btg_view_make(&s->scene, &s->queries[t->at.x], t->at.y);
+    btg_view_point(&view, btg_view_unpack(&s->scene, at->cell, at->place).point, middle);
+    btg_gpu_vec4 window = {(float)middle[0], (float)middle[1], k * t->window.z, k * t->window.w};
+    return tile_of(s, t->at.x, t->at.y, window, P_RADIUS);
+}
+
+/* ---- passes ------------------------------------------------------------------------------- */
+
+/* Values from the lowest to the highest there can be, as depths from 1 to 0. */
+static void set_scale(const btg_raster_search *s, btg_op op, btg_raster_pass *pass) {
+    double low = -0.5 * BTG_PI, high = 0;
+    if (op == BTG_OP_DROP) {
+        btg_gpu_vec4 ball = s->scene.geometry[s->scene.head.level[s->scene.head.counts.y - 1].x];
+        double far = ball.w + norm2(norm2(ball.x, ball.y), ball.z), from = 0;
+        for (uint32_t i = 1; i < s->tool.element_count; i++)
+            from = max2(from, s->tool.element[i].from_mm);
+        low = -far - from;
+        high = far + s->tool.element[0].corner_radius_mm;
+    }
+    pass->scale.z = (float)high;
+    pass->scale.w = (float)(1 / (high - low));
+}
+
+static btg_raster_pass make_pass(const btg_raster_search *s, btg_op op, uint32_t pixels,
+                                 bool coarse) {
+    btg_raster_pass pass = {.size = {pixels, 1, s->raster.first_piece, 0}};
+    const btg_tool_element *e = &s->tool.element[0];
+    double pixel = 2 * tool_radius(s) / pixels;
+    set_scale(s, op, &pass);
+    pass.scale.x = pass.scale.y = (float)(2.0 / s->raster.side);
+    if (coarse && s->options.levels == 2) pass.size.y = BTG_RASTER_PICKS_MAX;
+    if (op == BTG_OP_TILT) return pass;
+    pass.band.x = pass.band.y = (float)(0.25 * pixel) * pass.scale.w;
+    if (e->corner_radius_mm > 0) {
+        pass.band.x = (float)(pixel * pixel / (4 * e->corner_radius_mm)) * pass.scale.w;
+        pass.band.z = (float)e->ring_radius_mm;
+        pass.band.w = (float)(1 / e->corner_radius_mm);
+    }
+    return pass;
+}
+
+/* TILT: what a valley may be deeper than its pixels show, as a turn. */
+static void set_bands(const btg_raster_search *s, btg_raster_shot *shot) {
+    double size = cutter_size(s);
+    for (uint32_t i = 0; i < shot->count; i++) {
+        double pixel = 2 * shot->tiles[i].window.z / shot->pass.size.x;
+        shot->tiles[i].leave.z =
+            (float)(pixel * pixel / (4 * size) / (BAND_LEVER * size)) * shot->pass.scale.w;
+    }
+}
+
+typedef struct drawing {
+    const btg_raster_search *search;
+    const btg_part *part;
+    btg_view view; /* of the tile */
+    double window[4];
+    uint32_t tile;
+    size_t count, pieces;
+} drawing;
+
+static void flush(drawing *d) {
+    const btg_raster_search *s = d->search;
+    btg_raster_draw(&s->raster, s->list, d->count, (const btg_gpu_vec4(*)[BTG_GPU_CELL])s->pieces,
+                    d->pieces);
+    d->count = d->pieces = 0;
+}
+
+static void draw_cell(drawing *d, uint32_t cell) {
+    d->search->list[d->count++] = (btg_raster_entry){d->tile, cell};
+}
+
+static void take_piece(void *user, const btg_gpu_vec4 piece[BTG_GPU_CELL]) {
+    drawing *d = user;
+    const btg_raster_search *s = d->search;
+    if (d->count == BTG_RASTER_DRAW) flush(d);
+    memcpy(s->pieces[d->pieces], piece, sizeof s->pieces[0]);
+    draw_cell(d, s->raster.first_piece + (uint32_t)d->pieces++);
+}
+
+static void take_cell(void *user, uint32_t cell) {
+    drawing *d = user;
+    btg_view_pieces sink = {take_piece, d};
+    double cuts =
+        ceil(btg_view_radius(&d->view, cell) / (PIECE * min2(d->window[2], d->window[3])));
+    if (cuts > 1) {
+        btg_view_cut(&d->view, d->part, d->window, cell,
+                     cuts < CUTS_MAX ? (uint32_t)cuts : CUTS_MAX, &sink);
+        return;
+    }
+    if (d->count == BTG_RASTER_DRAW) flush(d);
+    draw_cell(d, cell);
+}
+
+static void draw_tile(drawing *d, uint32_t index, const btg_raster_tile *tile) {
+    const btg_raster_search *s = d->search;
+    const double window[4] = {tile->window.x, tile->window.y, tile->window.z, tile->window.w};
+    btg_view_sink sink = {take_cell, d};
+    memcpy(d->window, window, sizeof window);
+    d->tile = index;
+    d->view = btg_view_make(&s->scene, &s->queries[tile->at.x], tile->at.y);
+    btg_view_cells(&d->view, d->window, &sink);
+}
+
+/* One atlas of tiles. */
+static btg_status draw_some(btg_raster_search *s, btg_op op, const btg_raster_shot *shot,
+                            uint32_t first, uint32_t count) {
+    drawing d = {.search = s, .part = s->part};
+    btg_raster_tile *tiles = shot->tiles + first;
+    btg_raster_begin(&s->raster, op, &shot->pass, tiles, count);
+    for (uint32_t i = 0; i < count; i++)
+        draw_tile(&d, i, &tiles[i]);
+    flush(&d);
+    return btg_raster_finish(&s->raster, &shot->pass, count,
+                             shot->picks + (size_t)first * shot->pass.size.y);
+}
+
+/* Any number of tiles. */
+static btg_status draw(btg_raster_search *s, btg_op op, const btg_raster_shot *shot) {
+    uint32_t room = btg_raster_capacity(&s->raster, shot->pass.size.x);
+    for (uint32_t i = 0; i < shot->count; i += room) {
+        uint32_t n = shot->count - i < room ? shot->count - i : room;
+        btg_status status = draw_some(s, op, shot, i, n);
+        if (status != BTG_OK) return status;
+    }
+    return BTG_OK;
+}
+
+/* ---- valleys ------------------------------------------------------------------------------ */
+
+static btg_search_best best_of(const btg_raster_tile *tile, const btg_raster_pick *pick) {
+    return (btg_search_best){.found = pick->depth < 1,
+                             .depth = pick->depth,
+                             .cell = pick->cell & ((1u << BTG_RASTER_ELEMENT) - 1),
+                             .element = pick->cell >> BTG_RASTER_ELEMENT,
+                             .place = pick->place,
+                             .pixel = pick->pixel,
+                             .tile = *tile};
+}
+
+/* The lower one stays, of two as low that which was there; but a fine one replaces a coarse one. */
+static void keep(btg_search_best *best, const btg_search_best *other) {
+    uint32_t pick = best->pick;
+    bool lower = !best->found || best->coarse || other->depth < best->depth;
+    if (!other->found || !lower) return;
+    *best = *other;
+    best->pick = pick;
+}
+
+static void keep_firsts(btg_raster_search *s, const btg_raster_shot *shot) {
+    for (uint32_t i = 0; i < shot->count; i++) {
+        btg_search_best b = best_of(&shot->tiles[i], &shot->picks[(size_t)i * shot->pass.size.y]);
+        keep(&s->best[shot->tiles[i].at.x], &b);
+    }
+}
+
+static btg_status shoot(btg_raster_search *s, btg_op op, btg_raster_shot *shot) {
+    btg_status status = draw(s, op, shot);
+    if (status == BTG_OK) keep_firsts(s, shot);
+    return status;
+}
+
+static bool on_rim(uint32_t pixel, uint32_t side) {
+    uint32_t column = pixel % side, row = pixel / side;
+    return column == 0 || row == 0 || column == side - 1 || row == side - 1;
+}
+
+/* Windows moved to their best, where that is on the rim and the best of its query. */
+static void move(btg_raster_search *s, btg_raster_shot *fine) {
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < fine->count; i++) {
+        btg_search_best b = best_of(&fine->tiles[i], &fine->picks[i]);
+        if (!b.found || !on_rim(b.pixel, fine->pass.size.x)) continue;
+        if (b.depth > s->best[b.tile.at.x].depth) continue;
+        fine->tiles[count++] = closer(s, &b, fine->pass.size.x, false);
+    }
+    fine->count = count;
+}
+
+static btg_status shoot_and_follow(btg_raster_search *s, btg_op op, btg_raster_shot *fine) {
+    btg_status status = BTG_OK;
+    for (int i = 0; i <= FOLLOW && fine->count > 0 && status == BTG_OK; i++) {
+        status = shoot(s, op, fine);
+        move(s, fine);
+    }
+    return status;
+}
+
+/* Windows about picks: each query's best, or all others that may still beat what is known. */
+static void zoom(btg_raster_search *s, const btg_raster_shot *coarse, bool firsts,
+                 btg_raster_shot *fine) {
+    uint32_t picks = coarse->pass.size.y;
+    fine->count = 0;
+    for (uint32_t i = 0; i < coarse->count * picks; i++) {
+        btg_search_best b = best_of(&coarse->tiles[i / picks], &coarse->picks[i]);
+        const btg_search_best *known = &s->best[b.tile.at.x];
+        float band = coarse->pass.band.y + b.tile.leave.z;
+        bool first = i == known->pick;
+        if (!b.found || first != firsts || (!first && b.depth > known->depth + band)) continue;
+        fine->tiles[fine->count++] = closer(s, &b, coarse->pass.size.x, true);
+    }
+}
+
+static void note_picks(btg_raster_search *s, const btg_raster_shot *coarse) {
+    for (uint32_t i = coarse->count; i-- > 0;) {
+        btg_search_best *best = &s->best[coarse->tiles[i].at.x];
+        uint32_t pick = i * coarse->pass.size.y;
+        best->coarse = true;
+        if (coarse->picks[pick].depth == best->depth) best->pick = pick;
+    }
+}
+
+static btg_status search_fine(btg_raster_search *s, btg_op op, const btg_raster_shot *coarse) {
+    btg_raster_shot *fine = &s->fine;
+    fine->pass = make_pass(s, op, coarse->pass.size.x, false);
+    note_picks(s, coarse);
+    zoom(s, coarse, true, fine);
+    btg_status status = shoot_and_follow(s, op, fine);
+    if (status != BTG_OK) return status;
+    zoom(s, coarse, false, fine);
+    return shoot_and_follow(s, op, fine);
+}
+
+/* One level alone, or the first of two. */
+static btg_status search_coarse(btg_raster_search *s, btg_op op, uint32_t pixels, bool wide,
+                                bool contact, uint32_t count) {
+    btg_raster_shot *shot = &s->coarse;
+    shot->pass = make_pass(s, op, pixels, true);
+    shot->count = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        if (wide) shot->tiles[shot->count++] = whole(s, op, i);
+        if (contact) shot->tiles[shot->count++] = at_contact(s, i);
+    }
+    if (op == BTG_OP_TILT) set_bands(s, shot);
+    btg_status status = shoot(s, op, shot);
+    if (status == BTG_OK && s->options.levels == 2) status = search_fine(s, op, shot);
+    return status;
+}
+
+/* ---- whole -------------------------------------------------------------------------------- */
+
+static btg_gpu_winner winner_of(const btg_raster_search *s, btg_op op, const btg_search_best *b) {
+    btg_gpu_winner w = {0};
+    if (!b->found) return w;
+    btg_raster_pass pass;
+    set_scale(s, op, &pass);
+    btg_view_place at = btg_view_unpack(&s->scene, b->cell, b->place);
+    w.found = 1;
+    w.value = pass.scale.z - b->depth / pass.scale.w;
+    w.u = (float)at.u;
+    w.v = (float)at.v;
+    w.item = at.item;
+    w.element = b->element;
+    return w;
+}
+
+btg_status btg_raster_search_run(btg_raster_search *s, btg_op op, uint32_t count,
+                                 btg_gpu_winner *winners) {
+    bool tilt = op == BTG_OP_TILT, one = s->options.levels == 1;
+    for (uint32_t i = 0; i < count; i++)
+        s->best[i] = (btg_search_best){.depth = 1};
+    btg_raster_queries(&s->raster, s->queries, count);
+    btg_status status = search_coarse(s, op, s->options.window, true, tilt && !one, count);
+    if (status == BTG_OK && tilt && one)
+        status = search_coarse(s, op, CONTACT_PIXELS, false, true, count);
+    for (uint32_t i = 0; i < count && status == BTG_OK; i++)
+        winners[i] = winner_of(s, op, &s->best[i]);
+    return status;
+}
