@@ -12,7 +12,9 @@
   const floats = (text) => new Float32Array(bytes(text).buffer);
   const words = (text) => new Uint32Array(bytes(text).buffer);
   const mesh = (m) => ({ kind: m.kind, points: floats(m.points), normals: new Int8Array(bytes(m.normals).buffer), indices: words(m.indices) });
-  const point = (v, decimals = 3) => Array.from(v, (c) => String(Number(c.toFixed(decimals)) + 0)).join(", ");
+  const size = Math.max(...data.summary.part.box_max_mm.map((c, k) => c - data.summary.part.box_min_mm[k]));
+  const decimals = Math.min(9, Math.max(3, 4 - Math.floor(Math.log10(size))));
+  const point = (v, places = decimals) => Array.from(v, (c) => String(Number(c.toFixed(places)) + 0)).join(", ");
 
   const stops = floats(data.stops.values), names = words(data.stops.names), count = data.stops.count;
   const stopAt = (i) => stops.subarray(viewer.STOP * i, viewer.STOP * (i + 1));
