@@ -25,7 +25,7 @@ typedef struct btg_scene {
     bool short_of_memory; /* latched: stops are missing */
 } btg_scene;
 
-/* Retracts are left out, and what follows one is not linked. */
+/* Retracts are left out; `linked`: the tool goes straight to the position from the one before. */
 void btg_scene_add(btg_scene *scene, const btg_row *row, bool linked);
 void btg_scene_release(btg_scene *scene);
 
