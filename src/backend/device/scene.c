@@ -7,9 +7,11 @@
 #include <string.h>
 
 /* Sizes as parts of the tool's radius: a cell is small against the tool's curvature, samples are
- * near enough to lead to every peak that a tool's width holds; fewer will do where the core looks
- * everywhere again. */
-#define CELL_SIDE           0.8
+ * near enough to lead to every peak that a tool's width holds. Larger ones are quicker, and will do
+ * where the core looks everywhere again: near P, where a cell's piece misses P by its residual,
+ * they may lead astray. */
+#define CELL_SIDE           0.5
+#define CELL_SIDE_POLISHED  0.8
 #define CELL_PITCH          0.1
 #define CELL_PITCH_POLISHED 0.2
 #define CELL_RESIDUAL       0.003
@@ -77,7 +79,8 @@ static btg_status choose_size(builder *b, const btg_tool *tool, const btg_cell_s
     const btg_tool_element *e = &tool->element[0];
     double radius = e->ring_radius_mm + e->corner_radius_mm;
     double pitch = b->follow ? CELL_PITCH : CELL_PITCH_POLISHED;
-    b->size = (btg_cell_size){CELL_SIDE, pitch, CELL_RESIDUAL};
+    double side = b->follow ? CELL_SIDE : CELL_SIDE_POLISHED;
+    b->size = (btg_cell_size){side, pitch, CELL_RESIDUAL};
     if (wanted->side > 0) b->size = *wanted;
     b->size.side *= radius;
     b->size.pitch *= radius;
