@@ -413,6 +413,8 @@ class Shown(program.Case):
         self.assertLessEqual(b.run("document.documentElement.scrollWidth"), 360)
         self.assertGreaterEqual(b.run("Math.min(...[...document.querySelectorAll('button')].map(e => e.getBoundingClientRect().height))"), 32)
         self.assertGreaterEqual(b.run("document.getElementById('scene').clientWidth"), 300)
+        scale = b.run("Math.min(...[...document.querySelectorAll('svg')].map(e => e.clientWidth / e.viewBox.baseVal.width))")
+        self.assertGreaterEqual(scale, 0.9)  # letters of figures are as large as said
         n = self.colours()
         self.assertGreater(n["drawn"], 0.1 * n["all"])
 

@@ -79,6 +79,9 @@ const charts = (() => {
     return { low: first * width, width, counts };
   }
 
+  /* Width of a drawing in units: pixels where there are fewer, so that letters stay readable. */
+  const room = (element, most) => Math.min(most, Math.max(320, element.clientWidth || most));
+
   function histogram(figure, title, unit, values) {
     figure.append(make("figcaption", {}, title));
     if (values.length === 0) {
@@ -88,7 +91,7 @@ const charts = (() => {
     const sorted = Float64Array.from(values).sort();
     const text = `from ${number(sorted[0])} to ${number(sorted[sorted.length - 1])} ${unit}, median ${number(median(sorted))} ${unit}`;
     const b = bins(values), most = Math.max(...b.counts);
-    const W = 520, H = 240, L = 46, B = 38, T = 10, R = 10;
+    const W = room(figure, 520), H = 240, L = 46, B = 38, T = 10, R = 10;
     const x = (v) => L + (v - b.low) / (b.width * b.counts.length) * (W - L - R);
     const y = (n) => H - B - n / most * (H - B - T);
     const svg = draw("svg", { viewBox: `0 0 ${W} ${H}`, role: "img", "aria-label": `${title}: ${text}` });
@@ -99,7 +102,7 @@ const charts = (() => {
       svg.append(bar);
     });
     svg.append(draw("path", { class: "axis", d: `M${L} ${T}V${H - B}H${W - R}` }));
-    for (const v of ticks(b.low, b.low + b.width * b.counts.length, 8)) {
+    for (const v of ticks(b.low, b.low + b.width * b.counts.length, W / 65)) {
       svg.append(draw("text", { x: x(v), y: H - B + 16, "text-anchor": "middle" }, number(v)));
       svg.append(draw("path", { class: "axis", d: `M${x(v)} ${H - B}v4` }));
     }
@@ -111,18 +114,19 @@ const charts = (() => {
       make("details", {}, make("summary", {}, "Numbers"), table("", [unit, "positions"], rows, [1])));
   }
 
-  /* times and values: of the same length; limits [low, high], null where there is none. */
-  function curve(title, unit, times, values, limits) {
+  /* times and values: of the same length; limits [low, high], null where there is none; place: where
+   * the figure will stand. */
+  function curve(title, unit, times, values, limits, place) {
     let low = Infinity, high = -Infinity;
     for (const v of values) { if (v < low) low = v; if (v > high) high = v; }
     const text = `from ${number(low)} to ${number(high)} ${unit}`;
     const pad = Math.max((high - low) * 0.08, 1e-3 * Math.max(1, Math.abs(high)));
-    const W = 1040, H = 150, L = 60, B = 30, T = 8, R = 12;
+    const W = room(place, 1040), H = 150, L = 60, B = 30, T = 8, R = 12;
     const from = low - pad, to = high + pad, end = times[times.length - 1] || 1;
     const x = (t) => L + t / end * (W - L - R), y = (v) => H - B - (v - from) / (to - from) * (H - B - T);
     const svg = draw("svg", { viewBox: `0 0 ${W} ${H}`, role: "img", "aria-label": `Joint ${title} over time: ${text}` });
     for (const v of ticks(from, to, 4)) svg.append(draw("text", { x: L - 6, y: y(v) + 4, "text-anchor": "end" }, number(v)));
-    for (const t of ticks(0, end, 10)) {
+    for (const t of ticks(0, end, W / 100)) {
       svg.append(draw("text", { x: x(t), y: H - B + 16, "text-anchor": "middle" }, number(t)));
       svg.append(draw("path", { class: "axis", d: `M${x(t)} ${H - B}v4` }));
     }

@@ -101,7 +101,7 @@
     m.joints.forEach((name, k) => {
       const values = new Float32Array(n);
       for (let i = 0; i < n; i++) values[i] = all[6 * i + 1 + k];
-      if (n > 0) $("joints").append(curve(name, k < 3 ? "mm" : "degrees", times, values, m.limits[k]));
+      if (n > 0) $("joints").append(curve(name, k < 3 ? "mm" : "degrees", times, values, m.limits[k], $("joints")));
     });
     $("joints").append(make("p", { class: "hint" }, "Time in seconds."));
   }
