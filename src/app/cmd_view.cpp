@@ -12,18 +12,28 @@ extern "C" {
 
 namespace {
 
+/* The path that the options ask for. */
+int solve(const path_options &options, view::state *s) {
+    view::worker worker;
+    s->recompute = true;
+    if (worker_finish(&worker, s, options)) return APP_DONE;
+    return app_complain(app_code(worker.status), "%s", s->note.c_str());
+}
+
 int load(const view_options &o, view::state *s) {
     btg_status status = BTG_OK;
     btg_message message = {};
     view::work work;
     path_options path = o.path;
+    s->method = o.path.method, s->backend = o.path.backend;
     if (o.track && !o.tool_given) status = view::take_cutter(&path, o.track, &message);
     if (status == BTG_OK) s->part = view::load_subject(path, path.part, &status, &message);
-    if (s->part)
-        set_path(s, o.track ? view::load_tour(*s->part, path, o.track, &work, &status, &message)
-                            : view::solve_tour(*s->part, path, &work, &status, &message));
-    if (!s->path) return app_complain(app_code(status), "%s", message.text);
-    if (s->path->rows.empty())
+    if (s->part && o.track)
+        set_path(s, view::load_tour(*s->part, path, o.track, &work, &status, &message));
+    if (status < 0) return app_complain(app_code(status), "%s", message.text);
+    int code = o.track ? APP_DONE : solve(path, s);
+    if (code != APP_DONE) return code;
+    if (!s->path || s->path->rows.empty())
         return app_complain(APP_FAILED, "%.256s: the path has no position", o.path.part);
     if (o.position > s->path->rows.size())
         return app_complain(APP_UNUSABLE, "--position: the path has %zu positions, no %lu",
@@ -32,7 +42,6 @@ int load(const view_options &o, view::state *s) {
         go_to(s, o.position - 1);
     else
         go_to_best(s);
-    s->method = o.path.method, s->backend = o.path.backend;
     return APP_DONE;
 }
 

@@ -141,7 +141,7 @@ static btg_status add_cutter(btg_shape *s, const btg_tool_element *e) {
         double r = fmax(ring + corner * cos(a), 0);
         o[n++] = (outline){r, corner + corner * sin(a), cos(a), sin(a)};
     }
-    if (!e->hollow) {
+    if (!e->hollow && corner > 0) {
         o[n++] = (outline){rim, corner, 0, 1};
         o[n++] = (outline){0, corner, 0, 1};
     }
@@ -170,12 +170,13 @@ btg_solid btg_shape_solid(const btg_tool *tool, uint32_t index) {
 btg_status btg_shape_rod(btg_shape *s, const btg_tool *tool, double length_mm) {
     const btg_tool_def *d = &tool->def;
     double rim = d->major_radius_mm + d->minor_radius_mm;
-    /* Within the ring of a hollow cutter it begins a little over its centre. */
-    double from = d->minor_radius_mm + 0.25 * d->minor_radius_mm;
-    btg_status status = add_cylinder(s, 0.97 * fmax(d->major_radius_mm, 0.8 * rim), from,
-                                     from + 0.5 * d->minor_radius_mm);
+    /* Within the ring of a hollow cutter it begins a little over its centre; over a sharp one, that
+     * is a disc, too. */
+    double step = d->minor_radius_mm > 0 ? d->minor_radius_mm : 0.3 * rim;
+    double from = d->minor_radius_mm + 0.25 * step, to = from + 0.5 * step;
+    btg_status status = add_cylinder(s, 0.97 * fmax(d->major_radius_mm, 0.8 * rim), from, to);
     if (status != BTG_OK || length_mm <= 1.5 * rim) return status;
-    return add_cylinder(s, 0.45 * rim, from + 0.5 * d->minor_radius_mm, length_mm);
+    return add_cylinder(s, 0.45 * rim, to, length_mm);
 }
 
 void btg_shape_mark(btg_shape *s, const float at[3], float radius_mm) {

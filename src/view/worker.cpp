@@ -1,6 +1,14 @@
 #include "view/worker.h"
 
+extern "C" {
+#include "app/progress.h"
+}
+
+#include <chrono>
+
 namespace view {
+
+static constexpr std::chrono::milliseconds look_every(2);
 
 static task wanted(const state &s) {
     if (!s.part) return task::none;
@@ -68,11 +76,22 @@ void worker_look(worker *w, state *s, const path_options &options) {
     start(w, s, options);
 }
 
+/* Until one task is done. */
+static void watch(worker *w, bool quiet) {
+    while (!w->done && w->progress.all == 0)
+        std::this_thread::sleep_for(look_every);
+    progress bar = progress_begin(w->progress.all, quiet);
+    while (!w->done) {
+        std::this_thread::sleep_for(look_every);
+        if (w->progress.done > 0) progress_show(&bar, w->progress.done, w->progress.done);
+    }
+    progress_end(&bar);
+}
+
 bool worker_finish(worker *w, state *s, const path_options &options) {
     btg_status last = BTG_OK;
     for (worker_look(w, s, options); w->doing != task::none; worker_look(w, s, options)) {
-        while (!w->done)
-            std::this_thread::yield();
+        watch(w, options.quiet);
         last = w->status;
     }
     return last >= 0;

@@ -27,7 +27,8 @@ struct worker {
 
 /* Hands over what is finished, stops what is no longer wanted, starts what is. Call each frame. */
 void worker_look(worker *w, state *s, const path_options &options);
-/* The same until there is nothing left to do. False: the last work failed, s->note says why. */
+/* The same until there is nothing left to do, with its progress on a terminal. False: the last work
+ * failed; s->note and w->status say why. */
 bool worker_finish(worker *w, state *s, const path_options &options);
 /* Ends it, whatever it does. */
 void worker_stop(worker *w);
