@@ -56,6 +56,11 @@ typedef struct path_options {
     bool json, quiet;
 } path_options;
 
+/* Rows may come between the footprint's, whose points' numbers are not theirs: rows get numbers. */
+static inline bool path_inserts(const path_options *o) {
+    return o->chord_mm > 0 || o->max_axis_change_deg > 0;
+}
+
 /* What holds where nothing is given. */
 void options_default(path_options *options);
 /* False: a line on stderr says why. */

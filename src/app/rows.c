@@ -7,7 +7,7 @@ static bool touches(const btg_position *p) {
 }
 
 static void give(rows *r, btg_row *row, bool linked) {
-    row->number = ++r->given;
+    if (r->motion) row->number = ++r->given;
     summary_add(r->summary, row);
     sinks_row(r->sinks, row, linked);
 }
@@ -76,7 +76,7 @@ static void take(const btg_motion_stop *stop, void *user) {
 }
 
 btg_status rows_open(rows *r, const path_options *o, btg_backend *backend, btg_message *message) {
-    if (o->chord_mm == 0 && o->max_axis_change_deg == 0) return BTG_OK;
+    if (!path_inserts(o)) return BTG_OK;
     btg_motion_def def = btg_motion_def_default();
     def.tolerance_mm = o->chord_mm;
     def.turn_rad_per_mm = o->max_axis_change_deg * (BTG_PI / 180);

@@ -45,7 +45,7 @@ static btg_status begin(sink *k, const path_options *options, const btg_tool *to
                         double clear_z_mm, btg_message *message) {
     char name[64];
     if (k->kind == OUTPUT_CSV) {
-        btg_csv_header(&k->output);
+        btg_csv_header(&k->output, path_inserts(options));
     } else if (k->kind == OUTPUT_JSON) {
         k->json = btg_json_to(&k->output);
         btg_json_open(&k->json, NULL, '{');

@@ -5,13 +5,13 @@
 /* Longest line: 24 numbers of at most 24 characters and their commas, three short words. */
 #define LINE_SIZE 1024
 
-void btg_csv_header(btg_output *output) {
+void btg_csv_header(btg_output *output, bool numbered) {
     btg_output_text(output, "pass,point,status");
     for (int i = 0; i < BTG_ROW_VALUES; i++) {
         btg_output_text(output, ",");
         btg_output_text(output, btg_row_names[i]);
     }
-    btg_output_text(output, ",row\n");
+    btg_output_text(output, numbered ? ",row\n" : "\n");
 }
 
 void btg_csv_row(btg_output *output, const btg_row *row) {
@@ -26,6 +26,8 @@ void btg_csv_row(btg_output *output, const btg_row *row) {
         n += isnan(values[i]) ? snprintf(line + n, room, ",nan")
                               : snprintf(line + n, room, ",%.17g", values[i]);
     }
-    n += snprintf(line + n, sizeof line - (size_t)n, ",%llu\n", (unsigned long long)row->number);
+    size_t room = sizeof line - (size_t)n;
+    if (row->number > 0) n += snprintf(line + n, room, ",%llu", (unsigned long long)row->number);
+    line[n++] = '\n';
     btg_output_write(output, line, (size_t)n);
 }

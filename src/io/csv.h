@@ -6,7 +6,8 @@
 #include "io/output.h"
 #include "io/row.h"
 
-void btg_csv_header(btg_output *output);
+/* `numbered`: rows have numbers, in a last column. */
+void btg_csv_header(btg_output *output, bool numbered);
 void btg_csv_row(btg_output *output, const btg_row *row);
 
 #endif

@@ -102,6 +102,6 @@ void btg_json_row(btg_json *json, const btg_row *row) {
     btg_json_string(json, "status", btg_row_status(row));
     for (int i = 0; i < BTG_ROW_VALUES; i++)
         btg_json_number(json, btg_row_names[i], values[i]);
-    btg_json_count(json, "row", row->number);
+    if (row->number > 0) btg_json_count(json, "row", row->number);
     btg_json_close(json, '}');
 }

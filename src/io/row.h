@@ -7,7 +7,7 @@
 #include <stdbool.h>
 
 typedef struct btg_row {
-    uint64_t number; /* of the row, from 1: what is left out of a file shows */
+    uint64_t number; /* of the row, from 1: what is left out of a file shows; 0: not numbered */
     uint32_t pass, point;
     bool lift;    /* a retract: footprint, tip and axis of `position` alone count */
     bool between; /* put between two positions: a solved one, or with `lift` a move over the part;

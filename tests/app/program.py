@@ -18,7 +18,7 @@ PROGRAM = ""
 
 HEADER = (
     "pass,point,status,foot_x,foot_y,tip_x,tip_y,tip_z,axis_x,axis_y,axis_z,p_x,p_y,p_z,np_x,np_y,"
-    "np_z,q_x,q_y,q_z,nq_x,nq_y,nq_z,drop_z,tilt_deg,spin_deg,inclination_deg,row"
+    "np_z,q_x,q_y,q_z,nq_x,nq_y,nq_z,drop_z,tilt_deg,spin_deg,inclination_deg"
 )
 STATUSES = {"two-contact", "osculating", "single-contact", "no-contact", "budget", "lift"}
 SIZE = 60.0  # of the part in x and y, mm
@@ -387,7 +387,7 @@ class Csv(Case):
         self.assertEqual(len(rows), 4 * 7)
         for line in lines[1:-1]:
             cells = line.split(",")
-            self.assertEqual(len(cells), 28)
+            self.assertEqual(len(cells), 27)
             self.assertIn(cells[2], STATUSES)
             for cell in cells[3:]:
                 self.assertTrue(cell == "nan" or "%.17g" % float(cell) == cell, cell)

@@ -39,7 +39,7 @@ static void test_csv(void) {
     FILE *file = tmpfile();
     btg_output out = btg_output_borrow(file);
     btg_row row = example();
-    btg_csv_header(&out);
+    btg_csv_header(&out, true);
     btg_csv_row(&out, &row);
     row.lift = true;
     btg_csv_row(&out, &row);

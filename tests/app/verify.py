@@ -275,9 +275,10 @@ class Verify(program.Case):
             refuse(self.part, self.write("bad.ngc", text), "--machine", "xyzac-trt", say=say)
         refuse(self.part, self.path_csv, "-o", "map.txt", say="map.txt")
         refuse(self.part, self.path_csv, "-o", self.path_csv, say="is read from")
-        header = program.HEADER + "\n"
         with open(self.path_csv) as f:
-            row = f.read().split("\n")[1]
+            header, row = f.read().split("\n")[:2]
+        self.assertEqual(header, program.HEADER + ",row")
+        header += "\n"
         for text, say in (
             ("", ":1: "), ("a,b\n1,2\n", ":1: "), (header, "no position"),
             (header + row[:40], ":2: "), (header + row.replace(",", ";"), ":2: "),
