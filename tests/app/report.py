@@ -135,7 +135,7 @@ class Shown(program.Case):
         cls.browser.close()
         cls.case.doCleanups()
 
-    def open(self, page=None, width=800, height=600, phone=False, dark=False, fresh=True):
+    def open(self, page=None, width=800, height=500, phone=False, dark=False, fresh=True):
         """The page; `fresh` False: as it is, when it is open already and only looked at."""
         b, how = self.browser, (page, width, height, phone, dark)
         if not fresh and how == getattr(b, "how", None):
@@ -314,7 +314,7 @@ class Shown(program.Case):
     # ---- controls
 
     def test_steps(self):
-        b = self.open()
+        b = self.open(fresh=False)
         b.run("(() => { const r = document.getElementById('position'); r.value = 5; r.dispatchEvent(new Event('input')); })()")
         self.assertEqual(self.position(), 5)
         self.press("next")
@@ -337,7 +337,7 @@ class Shown(program.Case):
             self.assertIn(f"{float(row['tilt_deg']):.4g}"[:4], numbers)
 
     def test_go_to(self):
-        self.open()
+        self.open(fresh=False)
         self.press("to-tilt")
         tilts = [float(r["tilt_deg"]) if r["status"] in ("two-contact", "osculating") else -1 for r in self.rows]
         self.assertAlmostEqual(tilts[self.position()], max(tilts), delta=1e-4)
@@ -354,7 +354,7 @@ class Shown(program.Case):
             self.assertEqual(self.position(), self.browser.run("report.data.verify.gouge_line"))
 
     def test_plays(self):
-        b = self.open()
+        b = self.open(fresh=False)
         b.run("(() => { const r = document.getElementById('position'); r.value = 0; r.dispatchEvent(new Event('input')); })()")
         self.press("play")
         self.assertEqual(self.text("#play"), "Pause")
