@@ -32,7 +32,7 @@ typedef struct btg_track {
     char text[BTG_TRACK_LINE];
     /* CSV */
     int columns, column[10]; /* pass, point, status, tip, axis, row */
-    bool numbered;          /* `last` has the numbers of a row */
+    bool numbered;           /* `last` has the numbers of a row */
     uint32_t last_pass, last_point;
     uint64_t last_row;
     uint64_t missing; /* point numbers left out so far; of a program: moves, when it has ended */
