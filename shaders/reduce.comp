@@ -20,7 +20,7 @@ layout(std430, binding = BTG_RASTER_PICKS) writeonly buffer pick_block {
 const uint NONE = 0xffffffffu;
 const float NOTHING = 1;
 /* Valleys are at least that many pixels apart. */
-const int APART = 2;
+const int APART = 4;
 
 /* Valleys that are looked at. */
 const uint VALLEYS = 64;

@@ -20,12 +20,14 @@
 #define P_RADIUS 0.02
 #define P_POWER  6e-4
 /* Cells larger than that part of half a window are cut, in so many along each side at the most. */
-#define PIECE    0.45
+#define PIECE    0.7
 #define CUTS_MAX 64
 /* Coarse pixels' worth of height, as an angle at that many sizes of the cutter from O1. */
 #define BAND_LEVER 0.5
 /* A window whose best is on its rim is moved there, so often. */
 #define FOLLOW 4
+/* The lowest valley, and another as low. */
+#define VALLEYS 2
 /* Windows a query, at the most: valleys of two coarse views. */
 #define TILES_MAX (2 * BTG_RASTER_PICKS_MAX)
 
@@ -153,7 +155,7 @@ static btg_raster_pass make_pass(const btg_raster_search *s, btg_op op, uint32_t
     double pixel = 2 * tool_radius(s) / pixels;
     set_scale(s, op, &pass);
     pass.scale.x = pass.scale.y = (float)(2.0 / s->raster.side);
-    if (coarse && s->options.levels == 2) pass.size.y = BTG_RASTER_PICKS_MAX;
+    if (coarse && s->options.levels == 2) pass.size.y = VALLEYS;
     if (op == BTG_OP_TILT) return pass;
     pass.band.x = pass.band.y = (float)(0.25 * pixel) * pass.scale.w;
     if (e->corner_radius_mm > 0) {
