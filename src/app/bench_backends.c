@@ -164,6 +164,7 @@ static btg_status run_list(void *user, size_t count) {
     return status;
 }
 
+/* `share`: of the run that is told in all of them. */
 static void split_times(const btg_backend *backend, const btg_backend_times *before, double share,
                         bench_device *d) {
     btg_backend_times now;
@@ -193,7 +194,7 @@ static btg_status time_list(field *f, btg_backend *backend, const places *p, int
         if (all > f->b->options->seconds / 10) runs = i + 1;
     }
     row->rate = bench_rate_of(seconds, runs, p->count);
-    split_times(backend, &before, 1.0 / runs, &row->device);
+    split_times(backend, &before, row->rate.seconds / all, &row->device);
     return BTG_OK;
 }
 

@@ -212,6 +212,8 @@ class Backends(Case):
         split = [row[k + "_seconds"] for k in ("upload", "device", "readback", "polish")]
         device = row["backend"] not in ("cpu", "reference")
         self.assertEqual([x is not None for x in split], [device] * 4)
+        if device:
+            self.assertLessEqual(sum(split), 1.001 * row["seconds"])
         if row["operation"] == "many":
             return
         self.assertEqual(row["positions"], 5)
