@@ -54,7 +54,7 @@ static void add_counts(papers *p, int surface, const btg_method_counts *c) {
 
 static btg_status iterations(papers *p) {
     size_t count;
-    double *xy = papers_footprint(p->quick ? 7 : 1, &count);
+    double *xy = papers_footprint(p->quick ? 15 : 1, &count);
     btg_position *exact = malloc(2 * (xy ? count : 1) * sizeof *exact);
     btg_status status = xy && exact ? BTG_OK : BTG_ERROR_MEMORY;
     for (int surface = 0; surface < PAPERS_SURFACES && status == BTG_OK; surface++) {
@@ -146,7 +146,7 @@ static void add_spread(papers *p, int surface, const btg_position *all, cloud *c
 /* The paper's path of uniform contact spacing, which it made by hand: the policy `gap`. */
 static btg_status uniform(papers *p, int surface) {
     size_t count;
-    double *xy = papers_footprint(5, &count), met = 0, tilted = 0;
+    double *xy = papers_footprint(p->quick ? 25 : 5, &count), met = 0, tilted = 0;
     btg_position *out = malloc((xy ? count : 1) * sizeof *out);
     btg_status status = xy && out ? BTG_OK : BTG_ERROR_MEMORY;
     btg_method_def def = papers_method("vcrf");

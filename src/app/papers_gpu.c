@@ -87,10 +87,11 @@ static btg_status level_times(papers *p) {
 /* ---- figure 6 ----------------------------------------------------------------------------- */
 
 static const char figure_6[] = "GPU figure 6: error of pixels along the insert";
-#define CURVE      200
-#define PLACES     12
-#define DIRECTIONS 24
-#define WINDOWS    3
+#define CURVE            200
+#define PLACES           12
+#define DIRECTIONS       24
+#define QUICK_DIRECTIONS 6
+#define WINDOWS          3
 static const uint32_t window[WINDOWS] = {50, 125, 254}; /* 0.508, 0.203 and 0.1 mm */
 
 /* A plane through the origin that rises by `slope` along a direction. */
@@ -138,7 +139,7 @@ static btg_status measure_once(papers *p, double slope, double direction, uint32
 static btg_status measure(papers *p, double slope, uint32_t pixels, double *worst) {
     btg_status status = BTG_OK;
     *worst = 0;
-    for (int i = 0; i < DIRECTIONS && status == BTG_OK; i++) {
+    for (int i = 0; i < (p->quick ? QUICK_DIRECTIONS : DIRECTIONS) && status == BTG_OK; i++) {
         double deep = 0;
         status = measure_once(p, slope, 0.37 + 2.399963 * i, pixels, &deep);
         *worst = fmax(*worst, deep);

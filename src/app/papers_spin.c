@@ -101,7 +101,7 @@ static void add(papers *p, int surface, const policy *of, const outcome *o, cons
 btg_status papers_spin(papers *p) {
     size_t count;
     double *xy = papers_footprint(1, &count);
-    if (p->quick) count = 2 * PASS_FEET;
+    if (p->quick) count = PASS_FEET;
     btg_position *path = malloc((xy ? count : 1) * sizeof *path);
     btg_status status = xy && path ? BTG_OK : BTG_ERROR_MEMORY;
     for (int surface = 0; surface < PAPERS_SURFACES && status == BTG_OK; surface++) {

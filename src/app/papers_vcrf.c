@@ -13,7 +13,7 @@ static const double section_x[SECTIONS] = {36, 72, 108};
 #define SECTION_FROM 30.0
 #define SECTION_TO   120.0
 #define SECTION_FEET 46
-#define QUICK_FEET   6
+#define QUICK_FEET   3
 
 typedef enum measure { DROP, CONTACT, TILT, MEASURES } measure;
 
@@ -151,6 +151,9 @@ static btg_status differences(papers *p) {
 
 /* ---- table 5 ------------------------------------------------------------------------------ */
 
+/* --quick: so many times fewer positions. */
+#define QUICK_STRIDE 16
+
 static const char table_5[] = "VCRF table 5: time of 760 positions";
 
 /* `stride`: every so many positions are timed, and the time taken so many times. */
@@ -164,7 +167,7 @@ static const struct {
 };
 
 static btg_status time_method(papers *p, size_t k, int surface) {
-    size_t count, stride = timed[k].stride * (p->quick && timed[k].stride > 1 ? 4 : 1);
+    size_t count, stride = timed[k].stride * (p->quick && timed[k].stride > 1 ? QUICK_STRIDE : 1);
     double *xy = papers_footprint(stride, &count), seconds = 0;
     btg_position *out = malloc((xy ? count : 1) * sizeof *out);
     btg_status status = BTG_ERROR_MEMORY;
