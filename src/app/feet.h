@@ -3,6 +3,7 @@
 #define BTG_APP_FEET_H
 
 #include "app/options.h"
+#include "bitangent/backend.h"
 #include "core/footprint.h"
 
 typedef struct feet {
@@ -14,6 +15,9 @@ typedef struct feet {
 /* Errors as points_read and btg_footprint_count. */
 btg_status feet_open(feet *f, const path_options *options, const btg_part_info *part,
                      btg_message *message);
+/* `options` with the side step that their scallop asks for. Errors as btg_side_step. */
+btg_status feet_side_step(path_options *options, const btg_part *part, const btg_tool *tool,
+                          btg_backend *backend, btg_message *message);
 void feet_close(feet *f);
 btg_footprint_point feet_at(const feet *f, size_t index);
 /* The tool goes straight to this point from the one before. */

@@ -127,7 +127,8 @@ static bool set_holder(path_options *o, const char *name, const char *value) {
 /* ---- footprint ---------------------------------------------------------------------------- */
 
 static bool set_side_step(path_options *o, const char *name, const char *value) {
-    return get_positive(name, value, &o->footprint.side_step_mm);
+    o->side_of_scallop = strcmp(value, "scallop") == 0;
+    return o->side_of_scallop || get_positive(name, value, &o->footprint.side_step_mm);
 }
 
 static bool set_forward_step(path_options *o, const char *name, const char *value) {

@@ -112,6 +112,19 @@ class Motion(program.Case):
             left.append(self.verify(part)["scallop_percentiles_mm"]["p99.9"])
         self.assertLess(left[1], left[0] / 2)
 
+    def test_side_step(self):
+        """The side step of a scallop height leaves no more than that, well inside the part."""
+        step, left = [], []
+        for scallop in (0.02, 0.08):
+            words = ("--tool", "4,3", "--forward-step", "1", "--scallop", str(scallop),
+                     "--side-step", "scallop")
+            _, rows = self.make(self.part, *words)
+            passes = sorted({float(r["foot_x"]) for r in rows})
+            step.append(passes[1] - passes[0])
+            left.append(self.verify(self.part, "--tool", "4,3")["scallop_percentiles_mm"]["p50"])
+            self.assertLess(left[-1], scallop)
+        self.assertGreater(step[1], 1.1 * step[0])
+
     def test_machine_tilt(self):
         """A machine that leans to 6 degrees: the path keeps to that, and its program is written."""
         machine = {
@@ -149,6 +162,7 @@ class Motion(program.Case):
             (("--chord-tolerance", "0.01", "--raw"), "--raw"),
             (("--max-axis-change", "-1"), "not above 0"),
             (("--overrun", "-1"), "0 to 1e6"),
+            (("--side-step", "scallop", "--scallop", "1e-5"), "0.001 mm or more"),
             (("--max-axis-change", "5", "--spin", "fixed:10"), "--spin"),
         ):
             self.bad(2, "path", self.part, *words, say=say)

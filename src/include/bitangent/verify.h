@@ -113,6 +113,32 @@ BTG_API btg_verify_map btg_verify_get_map(const btg_verify *verify);
 /* Distance of the stock's top from the part, mm: < 0 gouged; NaN where there is no part. */
 BTG_API double btg_verify_deviation(const btg_verify_map *map, size_t index);
 
+/* ---- side step of a scallop height --------------------------------------------------------- */
+
+#define BTG_SIDE_STEP_SCALLOP_MIN 1e-3 /* mm: finer trials would take hours */
+
+typedef struct btg_side_step_def {
+    uint32_t version;
+    btg_footprint_def footprint; /* rectangle and forward step; passes are taken as parallel */
+    double scallop_mm;           /* default 0.01: what may be left between passes */
+    double share;                /* 0 .. 1, default 0.99: of the area a tool's radius inside the
+                                    part's extent, where no more than that may be left */
+    uint32_t threads;            /* of the cutting; 0 (default): as many as the machine has */
+    /* Positions over `count` points (x, y pairs); what it returns below 0 ends the search. */
+    btg_status (*solve)(const double *foot_xy_mm, size_t count, btg_position *positions,
+                        void *user);
+    void *user;
+    btg_allocator allocator;
+} btg_side_step_def;
+
+BTG_API btg_side_step_def btg_side_step_def_default(void);
+
+/* The widest side step, to 2 %, from a twentieth of the tool's diameter to the whole, found by
+ * cutting some ten trial paths. ERROR_ARGUMENT with a message: none is narrow enough, or bad input;
+ * ERROR_MEMORY; and what `solve` returns. */
+BTG_API btg_status btg_side_step(const btg_side_step_def *def, const btg_part *part,
+                                 const btg_tool *tool, double *step_mm, btg_message *message);
+
 #ifdef __cplusplus
 }
 #endif
