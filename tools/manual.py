@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 # Words an option takes; what is not here takes a file, or something of the user's own.
 WORDS = {
     "--tool": "",
-    "--footprint": "parallel zigzag one-way points:",
+    "--footprint": "parallel zigzag one-way contour points:",
     "--method": "vcrf vcrf-grid depth dst drd sr direct bisection",
     "--levels": "1 2",
     "--backend": "auto cpu reference osmesa gl vulkan",

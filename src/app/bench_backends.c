@@ -59,10 +59,10 @@ static btg_status no_memory(bench *b) {
 }
 
 /* The footprint of `bitangent path`, without lifts. */
-static btg_status paper_places(field *f, const btg_part_info *info) {
+static btg_status paper_places(field *f, const btg_part *part) {
     bench *b = f->b;
     feet all;
-    btg_status status = feet_open(&all, &b->options->path, info, &b->message);
+    btg_status status = feet_open(&all, &b->options->path, part, &b->message);
     if (status != BTG_OK) return status;
     size_t stride = b->options->quick ? PAPER_STRIDE_QUICK : 1;
     f->paper.xy = malloc((all.total + 1) * 2 * sizeof *f->paper.xy);
@@ -117,7 +117,7 @@ static btg_status find_truth(field *f) {
 static btg_status begin(field *f) {
     btg_part_info info;
     btg_part_get_info(f->subject->part, &info);
-    btg_status status = paper_places(f, &info);
+    btg_status status = paper_places(f, f->subject->part);
     if (status == BTG_OK) status = large_places(f, &info);
     if (status == BTG_OK) status = find_truth(f);
     size_t most = f->paper.count > f->large.count ? f->paper.count : f->large.count;

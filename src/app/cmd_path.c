@@ -85,7 +85,7 @@ static int set_up(run *r) {
     if (status != BTG_OK) return app_complain(app_code(status), "%s", r->message.text);
     r->front = btg_method_front(r->method);
     status = feet_side_step(&r->options, r->part, &r->tool, r->front, &r->message);
-    if (status == BTG_OK) status = feet_open(&r->feet, o, &r->summary.part, &r->message);
+    if (status == BTG_OK) status = feet_open(&r->feet, o, r->part, &r->message);
     if (status != BTG_OK) return app_complain(app_code(status), "%s", r->message.text);
     status = sinks_open(&r->sinks, o, r->part, &r->tool, r->clear_z_mm, &r->message);
     if (status == BTG_OK) {

@@ -1,6 +1,7 @@
 #include "app/feet.h"
 #include "app/points.h"
 #include "bitangent/verify.h"
+#include "io/outline.h"
 
 #include <stdlib.h>
 
@@ -32,14 +33,20 @@ btg_status feet_side_step(path_options *options, const btg_part *part, const btg
     return btg_side_step(&def, part, tool, &options->footprint.side_step_mm, message);
 }
 
-btg_status feet_open(feet *f, const path_options *options, const btg_part_info *part,
+btg_status feet_open(feet *f, const path_options *options, const btg_part *part,
                      btg_message *message) {
     feet result = {0};
     btg_status status;
     if (options->points) {
         status = points_read(options->points, &result.xy, &result.total, message);
+    } else if (options->contour) {
+        btg_outline_def def = {options->footprint.side_step_mm, options->footprint.forward_step_mm,
+                               options->overrun_mm};
+        status = btg_outline_passes(&def, part, &result.along, &result.total, message);
     } else {
-        btg_footprint_def def = over(options, part);
+        btg_part_info info;
+        btg_part_get_info(part, &info);
+        btg_footprint_def def = over(options, &info);
         status = btg_footprint_plan(&def, &result.layout, message);
         result.total = result.layout.total;
     }
@@ -49,15 +56,18 @@ btg_status feet_open(feet *f, const path_options *options, const btg_part_info *
 
 void feet_close(feet *f) {
     free(f->xy);
+    free(f->along);
     *f = (feet){0};
 }
 
 btg_footprint_point feet_at(const feet *f, size_t index) {
+    if (f->along) return f->along[index];
     if (!f->xy) return btg_footprint_at(&f->layout, index);
     return (btg_footprint_point){
         .point = (uint32_t)index, .x_mm = f->xy[2 * index], .y_mm = f->xy[2 * index + 1]};
 }
 
 bool feet_linked(const feet *f, btg_footprint_point point) {
-    return f->xy || f->layout.def.kind == BTG_FOOTPRINT_ZIGZAG || point.point > 0;
+    bool zigzag = !f->along && f->layout.def.kind == BTG_FOOTPRINT_ZIGZAG;
+    return f->xy || zigzag || point.point > 0;
 }

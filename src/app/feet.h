@@ -1,4 +1,5 @@
-/* Where the tool is dropped: a pattern over the part's rectangle, or the points of a file. */
+/* Where the tool is dropped: a pattern over the part's rectangle, passes along its outline, or the
+ * points of a file. */
 #ifndef BTG_APP_FEET_H
 #define BTG_APP_FEET_H
 
@@ -7,13 +8,14 @@
 #include "core/footprint.h"
 
 typedef struct feet {
-    size_t total; /* lifts included */
-    double *xy;   /* points of a file, or NULL: */
+    size_t total;               /* lifts included */
+    double *xy;                 /* points of a file, or NULL */
+    btg_footprint_point *along; /* the outline, or NULL: */
     btg_footprint_layout layout;
 } feet;
 
-/* Errors as points_read and btg_footprint_count. */
-btg_status feet_open(feet *f, const path_options *options, const btg_part_info *part,
+/* Errors as points_read, btg_outline_passes and btg_footprint_count. */
+btg_status feet_open(feet *f, const path_options *options, const btg_part *part,
                      btg_message *message);
 /* `options` with the side step that their scallop asks for. Errors as btg_side_step. */
 btg_status feet_side_step(path_options *options, const btg_part *part, const btg_tool *tool,

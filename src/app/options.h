@@ -29,6 +29,7 @@ typedef struct path_options {
     btg_tool_def tool;
     btg_footprint_def footprint; /* the rectangle is filled in later */
     const char *points;          /* file of footprint points, or NULL */
+    bool contour;                /* passes along the part's outline instead */
     bool side_of_scallop;        /* the side step is to be that of the solver's scallop */
     double overrun_mm;           /* of the footprint beyond the part's extent */
     double lift_mm;              /* clearance of retracts over the part's top */

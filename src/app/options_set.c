@@ -143,7 +143,8 @@ static bool set_overrun(path_options *o, const char *name, const char *value) {
 
 static bool set_footprint(path_options *o, const char *name, const char *value) {
     o->points = NULL;
-    if (strcmp(value, "parallel") == 0) {
+    o->contour = strcmp(value, "contour") == 0;
+    if (o->contour || strcmp(value, "parallel") == 0) {
         o->footprint.kind = BTG_FOOTPRINT_PARALLEL;
     } else if (strcmp(value, "zigzag") == 0) {
         o->footprint.kind = BTG_FOOTPRINT_ZIGZAG;
@@ -157,7 +158,9 @@ static bool set_footprint(path_options *o, const char *name, const char *value) 
         o->points = value + 7;
     } else {
         return app_refuse(
-            name, "unknown '%.100s'; give parallel, zigzag, one-way, one-way:LIFT or points:FILE",
+            name,
+            "unknown '%.100s'; give parallel, zigzag, one-way, one-way:LIFT, contour or "
+            "points:FILE",
             value);
     }
     return true;

@@ -166,7 +166,7 @@ static void put_settings(const path_options *o, btg_json *json) {
     if (o->points) {
         setting_word(json, "--footprint points", o->points);
     } else {
-        setting_word(json, "--footprint", footprint[o->footprint.kind]);
+        setting_word(json, "--footprint", o->contour ? "contour" : footprint[o->footprint.kind]);
         setting(json, "--side-step", "%.6g mm", o->footprint.side_step_mm);
         setting(json, "--forward-step", "%.6g mm", o->footprint.forward_step_mm);
     }

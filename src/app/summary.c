@@ -47,6 +47,7 @@ static double rate(const summary *s) {
 
 static const char *footprint_word(const path_options *o) {
     static const char *const word[3] = {"parallel", "zigzag", "one-way"};
+    if (o->contour) return "contour";
     return o->points ? "points" : word[o->footprint.kind];
 }
 

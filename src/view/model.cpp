@@ -122,7 +122,7 @@ std::shared_ptr<tour> load_tour(const subject &s, const path_options &options, c
 static btg_status collect_feet(const subject &s, const path_options &options, tour *t,
                                std::vector<double> *xy, btg_message *message) {
     feet f = {};
-    btg_status status = feet_open(&f, &options, &s.info, message);
+    btg_status status = feet_open(&f, &options, s.part, message);
     if (status != BTG_OK) return status;
     if (f.total > positions_max) status = too_long(message, s.file.c_str());
     for (std::size_t i = 0; i < f.total && status == BTG_OK; i++) {

@@ -429,6 +429,33 @@ class Options(Case):
         self.good("path", self.part, "-o", out, "--side-step=7e1", "--forward-step=25")
         self.assertEqual([float(r["foot_y"]) for r in rows_of(out)], [0, 25, 50, 60] * 2)
 
+    def test_contour(self):
+        """Around a square: each pass closed, a side step inside the one before, to the middle."""
+        words = ("path", self.part, "-o", self.at("c.csv"), "--footprint", "contour", "--side-step",
+                 "8", "--forward-step", "1.5")
+        if b"no Clipper" in self.run_program(*words).stderr:
+            self.skipTest("built without Clipper")
+        passes = {}
+        for row in rows_of(self.at("c.csv")):
+            point = passes.setdefault(int(row["pass"]), [])
+            self.assertEqual(int(row["point"]), len(point))
+            point.append((float(row["foot_x"]), float(row["foot_y"])))
+        # 60 mm wide: 0, 8, 16, 24 mm in, and half a step farther.
+        for points, inside in zip(passes.values(), (0, 8, 16, 24, 28), strict=True):
+            self.assertEqual(points[0], points[-1])
+            steps = [math.dist(a, b) for a, b in zip(points, points[1:])]
+            self.assertLessEqual(max(steps), 1.5 + 1e-4)
+            self.assertGreater(sum(steps), 4 * (SIZE - 2 * inside) - 3)
+            for x, y in points:
+                self.assertAlmostEqual(min(x, y, SIZE - x, SIZE - y), inside, delta=2e-3)
+        row = rows_of(self.at("c.csv"))
+        self.good(*words, "--overrun", "2")
+        x = [float(r["foot_x"]) for r in rows_of(self.at("c.csv")) if r["pass"] == "0"]
+        self.assertAlmostEqual(min(x), -2, delta=2e-3)
+        self.assertAlmostEqual(max(x), SIZE + 2, delta=2e-3)
+        self.assertGreater(len(rows_of(self.at("c.csv"))), len(row))
+        self.bad(2, *words[:-1], "1e-6", say="contour: too many points")
+
     def test_zigzag(self):
         rows = self.path("--footprint", "zigzag")
         y = [float(r["foot_y"]) for r in rows]
