@@ -72,6 +72,10 @@ void pixel(btg_json *json, const char *name, glm::dvec3 at) {
     numbers(json, name, at, at.z >= 0 && at.z <= 1 ? 2 : 0);
 }
 
+void angle(btg_json *json, const char *name, double radians) {
+    btg_json_number(json, name, radians * 180 / 3.14159265358979323846);
+}
+
 int report(const view_options &o, const view::state &s, const view::frame_facts &facts) {
     if (!o.path.json) return APP_DONE;
     btg_message message;
@@ -83,6 +87,10 @@ int report(const view_options &o, const view::state &s, const view::frame_facts 
     btg_json_count(&json, "frames", facts.frames);
     btg_json_string(&json, "method", s.method.c_str());
     btg_json_string(&json, "backend", s.path->backend.c_str());
+    if (const btg_row *row = current(s)) {
+        angle(&json, "tilt_deg", row->position.tilt_rad);
+        angle(&json, "inclination_deg", row->position.inclination_rad);
+    }
     pixel(&json, "p_pixel", facts.p_pixel);
     pixel(&json, "q_pixel", facts.q_pixel);
     btg_json_open(&json, "camera", '{');

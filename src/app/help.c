@@ -136,7 +136,9 @@ static const char view[] =
     "                          home, end, plus, minus, tab, escape, letters and figures as the\n"
     "                          window's help names them; drop:FILE: a part or a path, as if\n"
     "                          dropped on the window; wait: none\n"
-    "  --json                  at the end, one JSON object: position, frames, pixels of P and Q\n"
+    "  --json                  at the end, one JSON object: position, its angles, frames, pixels "
+    "of P\n"
+    "                          and Q\n"
     "  --tool, --shank, --holder, --footprint, --side-step, --forward-step, --method, --backend,\n"
     "  --spin, --scallop, --max-tilt, --tolerance, --threads, --gltf-unit, --up, --use-mesh, ...\n"
     "                          as in 'bitangent help path'\n";

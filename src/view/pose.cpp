@@ -1,5 +1,6 @@
 #include "view/pose.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -108,8 +109,10 @@ btg_position position_at(const btg_part *part, const btg_tool &tool, const btg_s
     at.tilt_rad = std::acos(std::fmax(-1.0, std::fmin(1.0, axis.z)));
     if (drop.element == 0)
         second_contact(part, tool, solver, tolerance_mm, workspace, workspace_size, &at);
-    double cosine = glm::dot(axis, to_glm(at.p.normal));
-    at.inclination_rad = std::acos(std::fmax(-1.0, std::fmin(1.0, cosine)));
+    glm::dvec3 n = to_glm(at.p.normal);
+    pose framed = pose_of(tool, at);
+    at.inclination_rad = framed.framed ? std::atan2(glm::dot(n, framed.v), glm::dot(n, axis))
+                                       : std::acos(std::clamp(glm::dot(n, axis), -1.0, 1.0));
     return at;
 }
 
