@@ -54,7 +54,7 @@
     card(`${number(100 * s.statuses["two-contact"] / Math.max(1, s.positions), 3)} %`, "touch at two points, P and Q");
     card(`${number(s.tilt_deg.median, 3)}°`, `median tilt, up to ${number(s.tilt_deg.max, 3)}°`);
     if (!v.missing) {
-      card(`${number(v.max_gouge_mm, 3)} mm`, "greatest gouge, moves between positions included");
+      card(`${number(v.max_gouge_mm, 3)} mm`, `greatest gouge found, moves between positions included; proven: no more than ${number(Math.max(v.position_bound_mm, v.motion_bound_mm), 3)} mm`);
       card(`${number(v.max_scallop_mm, 3)} mm`, "most left on the part");
       card(String(v.collisions), "collisions of shank or holder");
     }
