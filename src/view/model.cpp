@@ -197,7 +197,7 @@ static btg_status add_rows(btg_verify *verify, const tour &t, work *w) {
         btg_verify_pose pose = {};
         pose.tip = row.position.tip, pose.axis = row.position.axis;
         pose.link = linked && row.pass == t.rows[i - 1].pass;
-        pose.pass = row.pass, pose.point = row.point;
+        pose.pass = row.pass, pose.point = row.point, pose.line = i + 1;
         linked = true;
         btg_status status = btg_verify_add(verify, &pose);
         if (status < 0) return status;

@@ -76,6 +76,17 @@ static void label_tilt(const scene &s, glm::dvec2 size, const pose &at, double r
           text);
 }
 
+/* Where the path cuts deepest into the part; what counts as finished has no label. */
+static void label_gouge(const scene &s, glm::dvec2 size, const field &left) {
+    const btg_verify_result &r = left.result;
+    btg_verify_def def = btg_verify_def_default();
+    if (r.gouge.position == 0 || !(r.max_gouge_mm > def.gouge_mm)) return;
+    char text[40];
+    std::snprintf(text, sizeof text, "gouge %.3g mm", r.max_gouge_mm);
+    glm::dvec3 at = {r.gouge.at.x, r.gouge.at.y, r.gouge.at.z};
+    label(place_of(s, size, at), {-1, -1}, colour_gouge, text);
+}
+
 /* ---- the position's numbers --------------------------------------------------------------- */
 
 static void line(const char *name, const char *format, ...) {
@@ -158,18 +169,23 @@ static void ramp(const btg_map_scale &scale, double from, double to, const char 
     ImGui::TextUnformatted(text);
 }
 
-static void gouge_legend(const state &st) {
+static void gouge_legend(state *st) {
     btg_verify_def def = btg_verify_def_default();
     btg_map_scale scale = {def.gouge_mm, def.scallop_mm};
-    if (!st.left) {
+    if (!st->left) {
         ImGui::TextDisabled("cutting the path into a stock ...");
         return;
     }
     ramp(scale, -1.01 * def.gouge_mm, 0, "gouged 0.01 to 10 mm");
     ramp(scale, 0, 0, "finished, within 0.01 mm");
     ramp(scale, 1.01 * def.scallop_mm, 0, "left 0.01 to 10 mm");
-    line("most gouged", "%.4f mm", st.left->result.max_gouge_mm);
-    line("most left", "%.4f mm", st.left->result.max_scallop_mm);
+    line("most gouged", "%.4f mm", st->left->result.max_gouge_mm);
+    if (st->left->result.gouge.position > 0) {
+        ImGui::SameLine(200);
+        if (ImGui::SmallButton("go there (W)")) press(st, "w");
+    }
+    line("most left", "%.4f mm", st->left->result.max_scallop_mm);
+    line("cells", "of %.3g mm", st->left->cell_mm);
 }
 
 static void toggle(state *st, const char *text, bool on, const char *key) {
@@ -188,7 +204,7 @@ static void switches(state *st) {
     toggle(st, "Trail (R)", st->trail, "r");
     toggle(st, "Circular ray to Q (C)", st->ray, "c");
     toggle(st, "Gouge and scallop (G)", st->gouge, "g");
-    if (st->gouge) gouge_legend(*st);
+    if (st->gouge) gouge_legend(st);
 }
 
 static void chooser(state *st, const char *text, const std::vector<std::string> &names,
@@ -285,6 +301,7 @@ void panel_say(state *st, const scene &s, int width, int height) {
         if (st->lean) label_tilt(s, size, at, d.major_radius_mm + d.minor_radius_mm);
         label_contacts(s, size, at, row->position.status == BTG_OSCULATING);
     }
+    if (st->gouge && st->left) label_gouge(s, size, *st->left);
     if (st->panel && row) side_panel(st, at, width, height);
     if (st->help) help_panel(height);
     if (!st->note.empty()) note_panel(*st, width);

@@ -39,6 +39,7 @@ constexpr glm::vec3 colour_p{BTG_RGB_P}, colour_q{BTG_RGB_Q};
 constexpr glm::vec3 colour_osculating{BTG_RGB_OSCULATING}, colour_line{BTG_RGB_INK};
 constexpr glm::vec3 colour_insert{0.00f, 0.55f, 0.40f};
 constexpr glm::vec3 colour_ray{0.72f, 0.25f, 0.58f};
+constexpr glm::vec3 colour_gouge{0.60f, 0.10f, 0.05f};
 constexpr glm::vec3 colour_lean{0.27f, 0.29f, 0.33f};
 
 } // namespace view

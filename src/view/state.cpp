@@ -90,6 +90,27 @@ void go_to_best(state *s) {
     go_to(s, best);
 }
 
+static void go_to_gouge(state *s) {
+    std::size_t row = s->left->result.gouge.line;
+    s->seek_gouge = false;
+    if (row == 0) {
+        s->note = "nothing is gouged";
+        return;
+    }
+    go_to(s, row - 1);
+    look_at_tool(s);
+}
+
+void set_field(state *s, std::shared_ptr<field> left) {
+    s->left = std::move(left);
+    if (s->seek_gouge && s->left) go_to_gouge(s);
+}
+
+static void seek_gouge(state *s) {
+    s->gouge = true, s->seek_gouge = true;
+    if (s->left) go_to_gouge(s);
+}
+
 void set_path(state *s, std::shared_ptr<tour> path) {
     s->path = std::move(path);
     s->left = nullptr;
@@ -215,6 +236,7 @@ const key_help key_list[] = {
     {"L", "tilt: axis before, after"},
     {"R", "trail of P and Q"},
     {"G", "gouge and scallop colours"},
+    {"W", "where most is gouged"},
     {"M, B", "next method, back end"},
     {"S", "save picture"},
     {"H, Tab", "this help, panel"},
@@ -305,6 +327,7 @@ static const binding bindings[] = {
     {"l", [](state *s) { flip(&s->lean); }},
     {"r", [](state *s) { flip(&s->trail); }},
     {"g", [](state *s) { flip(&s->gouge); }},
+    {"w", seek_gouge},
     {"b", [](state *s) { choose_backend(s, next_of(backend_names(), s->backend)); }},
     {"m", [](state *s) { choose_method(s, next_of(method_names(), s->method)); }},
     {"s", [](state *s) { s->save_picture = true; }},

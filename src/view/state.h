@@ -24,6 +24,7 @@ struct state {
 
     tool_look tool = tool_look::solid;
     bool normals = false, insert = false, ray = false, gouge = false;
+    bool seek_gouge = false;        /* go where most is gouged as soon as that is known */
     bool lean = true, trail = true; /* axis before and after the tilt; where contacts were */
     bool follow = true;             /* the camera goes with the tool */
     bool panel = true, help = true;
@@ -54,6 +55,9 @@ void advance(state *s, double seconds);
 
 /* To a position where there is much to see, in the middle of the part rather than at its edge. */
 void go_to_best(state *s);
+
+/* The field that the path leaves is known; goes to its deepest gouge when that is wanted. */
+void set_field(state *s, std::shared_ptr<field> left);
 
 /* s->dropped: a part, over which a path is then solved, or a path over this part. */
 void open_dropped(state *s, const path_options &options);

@@ -44,7 +44,7 @@ static void start(worker *w, state *s, const path_options &options) {
 static void hand_over(worker *w, state *s) {
     bool solved = w->doing == task::solve;
     if (w->status < 0) s->note = w->message.text;
-    if (w->status < 0 && !solved) s->uncuttable = true;
+    if (w->status < 0 && !solved) s->uncuttable = true, s->seek_gouge = false;
     if (w->status >= 0 && !w->progress.stop && w->part == s->part) {
         s->note.clear();
         bool first = solved && !s->path;
@@ -53,7 +53,7 @@ static void hand_over(worker *w, state *s) {
             go_to_best(s);
             look_at_tool(s);
         }
-        if (!solved && w->path == s->path) s->left = w->left;
+        if (!solved && w->path == s->path) set_field(s, w->left);
     }
     /* A method or back end that cannot do it is not what is shown. */
     if (s->path && !s->recompute && s->path->file.empty())

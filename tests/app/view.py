@@ -271,6 +271,22 @@ class Switches(View):
         self.assertLess(count(off, is_deep_blue), 1000)
         self.assertGreater(count(on, is_deep_blue), 3000)
 
+    def test_most_gouged(self):
+        """`W` goes to the position at which 'verify' finds the deepest gouge, and names it."""
+        rows = self.path()
+        x = [float(r["foot_x"]) for r in rows]
+        cell = str((max(x) - min(x)) / 900)
+        want = json.loads(self.good("verify", self.part, self.at("out.csv"), "--grid", cell, "--json"))
+        self.assertGreater(want["max_gouge_mm"], 0.1)
+        start, first = self.look("--keys", "tab,h,l,r,t,t,g")
+        there, facts = self.look("--keys", "tab,h,l,r,t,t,w")
+        self.assertNotEqual(first["position"], facts["position"])
+        self.assertEqual(facts["position"], want["max_gouge_at"]["position"])
+        at = project(facts, (320, 200), [want["max_gouge_at"][k] for k in "xyz"])
+        dark_red = lambda c: c[0] > 110 and c[1] < 60 and c[2] < 60
+        self.assertTrue(0 <= at[0] < 320 and 0 <= at[1] < 200, at)
+        self.assertGreater(sum(map(dark_red, there.near(*at, 60))), 300)
+
     def test_moving(self):
         rows = self.path()
         for keys, at in (("home", 1), ("end", len(rows)), ("home,right,right,left", 2),
@@ -296,12 +312,14 @@ class Tracks(View):
         """A CSV tells its contacts; of APT they are found on the part."""
         rows = self.path("-o", self.at("p.cl"))
         at = [i for i, r in enumerate(rows) if r["status"] == "two-contact"
-              and math.dist(vector(r, "p"), vector(r, "q")) > 2][0]
+              and math.dist(vector(r, "p"), vector(r, "q")) > 2
+              and float(r["inclination_deg"]) < -0.01][0]
         _, want = self.look("--position", str(at + 1), "--view-from", "iso")
         for track in (self.at("out.csv"), self.at("p.cl")):
             found = []
-            # Retracts come between in .cl.
-            for number in range(at + 1, at + 2 if track.endswith(".csv") else at + 8):
+            # Retracts come between passes in .cl.
+            last = at + 2 if track.endswith(".csv") else at + 8 + 2 * int(rows[at]["pass"])
+            for number in range(at + 1, last):
                 done = self.run_program("view", self.part, track, "--json", "--size", "320x200",
                                         "--view-from", "iso", "--position", str(number),
                                         "--screenshot", self.at("t.png"))
@@ -313,6 +331,8 @@ class Tracks(View):
                     found = facts
                     break
             self.assertTrue(found, track)
+            for name in ("tilt_deg", "inclination_deg"):
+                self.assertAlmostEqual(found[name], float(rows[at][name]), delta=1e-3, msg=track)
             for name in ("p_pixel", "q_pixel"):
                 self.assertEqual(len(found[name]), 2, (track, name))
                 for a, b in zip(found[name], want[name]):
