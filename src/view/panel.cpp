@@ -267,16 +267,29 @@ static void side_panel(state *st, const pose &at, int width, int height) {
     ImGui::End();
 }
 
-static void help_panel(int height) {
+/* Beside the panel, with the tool to be seen between them, or in the panel's place. */
+static bool help_fits(const state &st, int width) {
+    constexpr float help_width = 350, between = 250;
+    return !st.panel || static_cast<float>(width) >= panel_width + help_width + between;
+}
+
+static void help_line(const char *keys, const char *meaning, float column) {
+    ImGui::TextUnformatted(keys);
+    ImGui::SameLine(column);
+    ImGui::TextDisabled("%s", meaning);
+}
+
+static void help_panel(const state &st, int width, int height) {
     ImGui::SetNextWindowPos({margin, static_cast<float>(height) - margin}, ImGuiCond_Always,
                             {0, 1});
     ImGui::Begin("keys", nullptr,
                  ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_AlwaysAutoResize |
                      ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoInputs);
-    for (std::size_t i = 0; i < key_count; i++) {
-        ImGui::TextUnformatted(key_list[i].keys);
-        ImGui::SameLine(150);
-        ImGui::TextDisabled("%s", key_list[i].meaning);
+    if (help_fits(st, width)) {
+        for (std::size_t i = 0; i < key_count; i++)
+            help_line(key_list[i].keys, key_list[i].meaning, 150);
+    } else {
+        help_line("Tab", "all keys, in the panel's place", 40);
     }
     ImGui::End();
 }
@@ -303,7 +316,7 @@ void panel_say(state *st, const scene &s, int width, int height) {
     }
     if (st->gouge && st->left) label_gouge(s, size, *st->left);
     if (st->panel && row) side_panel(st, at, width, height);
-    if (st->help) help_panel(height);
+    if (st->help) help_panel(*st, width, height);
     if (!st->note.empty()) note_panel(*st, width);
 }
 

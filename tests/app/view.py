@@ -271,6 +271,19 @@ class Switches(View):
         self.assertLess(count(off, is_deep_blue), 1000)
         self.assertGreater(count(on, is_deep_blue), 3000)
 
+    def test_help_leaves_room(self):
+        """In a narrow window the list of keys waits for the panel's place: the tool is seen."""
+        gold = lambda c: c[0] > c[2] + 25 and abs(c[0] - c[1]) < 40
+        tool, _ = self.look("--keys", "h", size=(800, 500))
+        helped, _ = self.look(size=(800, 500))
+        self.assertGreater(count(tool, gold), 3000)
+        self.assertGreater(count(helped, gold), 0.95 * count(tool, gold))
+        keys, _ = self.look("--keys", "tab", size=(800, 500))
+        bare, _ = self.look("--keys", "tab,h", size=(800, 500))
+        changed = sum(keys.at(x, y) != bare.at(x, y) for x in range(0, 340, 3)
+                      for y in range(60, 500, 3))
+        self.assertGreater(changed, 5000)
+
     def test_most_gouged(self):
         """`W` goes to the position at which 'verify' finds the deepest gouge, and names it."""
         rows = self.path()
