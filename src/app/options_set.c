@@ -309,8 +309,8 @@ static bool set_threads(path_options *o, const char *name, const char *value) {
 
 static bool set_feed(path_options *o, const char *name, const char *value) {
     if (!get_positive(name, value, &o->feed_mm_per_min)) return false;
-    if (o->feed_mm_per_min <= 1e6) return true;
-    return app_refuse(name, "'%s'; give at most 1e6 mm per minute", value);
+    if (o->feed_mm_per_min >= 1e-3 && o->feed_mm_per_min <= 1e6) return true;
+    return app_refuse(name, "'%s'; give 0.001 to 1e6 mm per minute", value);
 }
 
 static bool set_machine(path_options *o, const char *name, const char *value) {

@@ -8,7 +8,9 @@
  * such axes is a mistake. */
 #define PARALLEL_SINE 1e-3
 /* Largest speed, acceleration, angle (in turns some 160) and coordinate that makes sense. */
-#define RATE_MAX  1e9
+#define RATE_MAX 1e9
+/* Smallest, a second: below, programs' feeds have no digits left. */
+#define RATE_MIN  1e-4
 #define ANGLE_MAX 1e3
 
 #define DEGREES(x) ((x) * (BTG_PI / 180))
@@ -33,7 +35,7 @@ static bool range_ok(double min, double max, double limit) {
 }
 
 static bool rate_ok(double x) {
-    return x > 0 && x <= RATE_MAX;
+    return x >= RATE_MIN && x <= RATE_MAX;
 }
 
 static btg_status check_linear(const btg_linear_def *l, int i, btg_message *message) {
@@ -44,11 +46,12 @@ static btg_status check_linear(const btg_linear_def *l, int i, btg_message *mess
                       "no range from a lower to a higher number; give two within 1e6 mm");
     }
     if (!rate_ok(l->speed_mm_per_s)) {
-        return refuse(message, strcat(member, ".speed_mm_per_s"), "not above 0; give a speed");
+        return refuse(message, strcat(member, ".speed_mm_per_s"),
+                      "not above 0.0001 mm/s; give a speed");
     }
     if (!rate_ok(l->acceleration_mm_per_s2)) {
         return refuse(message, strcat(member, ".acceleration_mm_per_s2"),
-                      "not above 0; give an acceleration");
+                      "not above 0.0001 mm/s2; give an acceleration");
     }
     return BTG_OK;
 }
@@ -75,11 +78,12 @@ static btg_status check_rotary(const btg_rotary_def *r, int i, btg_message *mess
                       "the range is more than half a turn from 0; give one about 0");
     }
     if (!rate_ok(r->speed_rad_per_s)) {
-        return refuse(message, strcat(member, "speed_deg_per_s"), "not above 0; give a speed");
+        return refuse(message, strcat(member, "speed_deg_per_s"),
+                      "not above 0.006 degrees/s; give a speed");
     }
     if (!rate_ok(r->acceleration_rad_per_s2)) {
         return refuse(message, strcat(member, "acceleration_deg_per_s2"),
-                      "not above 0; give an acceleration");
+                      "not above 0.006 degrees/s2; give an acceleration");
     }
     return BTG_OK;
 }

@@ -4,6 +4,8 @@
 #include <string.h>
 
 #define PROGRAM_DEF_VERSION 1
+/* Slower ones have no digits left in the words. */
+#define FEED_MIN 1e-3
 
 /* The tip's way between cuts, over the part, may stray by this much; it is led that much higher. */
 #define TRAVEL_TOLERANCE_MM 1.0
@@ -49,9 +51,8 @@ static btg_status check(const btg_program_def *d, btg_message *message) {
     if (!d->write) {
         return btg_fail(message, BTG_ERROR_ARGUMENT, "program: no function to write with");
     }
-    if (!(d->feed_mm_per_min > 0 && d->feed_mm_per_min <= BTG_LENGTH_MAX)) {
-        return refuse(message, "give a feed above 0 and up to 1e6 mm per minute",
-                      d->feed_mm_per_min);
+    if (!(d->feed_mm_per_min >= FEED_MIN && d->feed_mm_per_min <= BTG_LENGTH_MAX)) {
+        return refuse(message, "give a feed of 0.001 to 1e6 mm per minute", d->feed_mm_per_min);
     }
     if (!(fabs(d->clear_z_mm) <= BTG_LENGTH_MAX)) {
         return refuse(message, "give a height over the part to retract to, in mm", d->clear_z_mm);

@@ -208,6 +208,7 @@ class Refusals(Case):
             self.refuse("--node-budget", value)
         self.refuse("--threads", "1025")
         self.refuse("--feed", "1e7")
+        self.refuse("--feed", "1e-300")
 
     def test_tool(self):
         for value in ("", "6.7", "6.7,6,toroidal,1", "6.7;6", "a,b", "6.7,6,", "1" * 200 + ",1"):

@@ -269,6 +269,9 @@ class MachineFiles(Case):
                     value=[0, "up"])
         self.refuse("rotary[0].speed_deg_per_s: not above 0", "rotary", 0, "speed_deg_per_s",
                     value=0)
+        for member in ("speed_mm_per_s", "acceleration_mm_per_s2"):  # feeds would round up from 0
+            self.refuse(f"linear.X.{member}: not above 0.0001 mm/s", "linear", "X", member,
+                        value=1e-300)
         self.refuse("linear.X.limits_mm: no range", "linear", "X", "limits_mm", value=[5, 5])
         self.refuse("linear.X.acceleration_mm_per_s2: not above", "linear", "X",
                     "acceleration_mm_per_s2", value=-1)

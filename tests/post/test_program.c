@@ -496,6 +496,7 @@ static void test_definitions(void) {
     REFUSE(version = 0);
     REFUSE(write = NULL);
     REFUSE(feed_mm_per_min = 0);
+    REFUSE(feed_mm_per_min = 1e-300);
     REFUSE(clear_z_mm = NAN);
     REFUSE(approach_mm = -1);
     REFUSE(tolerance_mm = 0);
