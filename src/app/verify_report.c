@@ -50,6 +50,9 @@ static void print_program(const btg_track *t, FILE *file) {
 static void print_missing(const btg_track *t, FILE *file) {
     if (t->kind == BTG_TRACK_PROGRAM) {
         print_program(t, file);
+    } else if (t->kind == BTG_TRACK_APT && t->missing > 0) {
+        fprintf(file, "%-14s the file says that it has %ld GOTO records, and has %u\n",
+                "LINES CHANGED", t->promised, t->last_point);
     } else if (t->missing > 0) {
         fprintf(file,
                 "%-14s %10" PRIu64 " positions by their numbers, first before pass %u, point %u\n",

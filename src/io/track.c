@@ -125,9 +125,10 @@ static btg_status csv_header(btg_track *t, btg_message *message) {
             return fail(t, message,
                         "no columns tip_x ... axis_z in the first line; give a path written by "
                         "'bitangent path -o path.csv'");
-    t->told = t->def.rows && t->column[0] >= 0 && t->column[1] >= 0 && t->column[2] >= 0;
+    t->whole = t->column[0] >= 0 && t->column[1] >= 0 && t->column[2] >= 0;
     for (int i = 0; i < BTG_ROW_VALUES; i++)
-        t->told = t->told && t->value_column[i] >= 0;
+        t->whole = t->whole && t->value_column[i] >= 0;
+    t->told = t->def.rows && t->whole;
     return BTG_OK;
 }
 
@@ -167,19 +168,34 @@ static uint64_t skipped_points(const btg_track *t, uint32_t pass, uint32_t point
     return skipped;
 }
 
+/* Points left out at the end of this pass, or of those before if it is longer: all passes of a
+ * footprint have as many. */
+static uint64_t skipped_end(btg_track *t) {
+    uint32_t end = t->last_point, before = t->any_pass ? t->pass_end : end;
+    if (!t->numbered || !t->whole) return 0;
+    t->any_pass = true;
+    t->pass_end = end > before ? end : before;
+    return end > before ? end - before : before - end;
+}
+
 /* Rows left out; one that is out of its order counts as one. */
 static uint64_t skipped_rows(const btg_track *t, uint64_t row) {
     return row > t->last_row ? row - t->last_row - 1 : 1;
 }
 
-static void check_numbers(btg_track *t, uint32_t pass, uint32_t point, double row) {
-    uint64_t skipped =
-        t->column[9] >= 0 ? skipped_rows(t, (uint64_t)row) : skipped_points(t, pass, point);
+static void add_missing(btg_track *t, uint64_t skipped, uint32_t pass, uint32_t point) {
     if (skipped > 0 && t->missing == 0) {
         t->missing_pass = pass;
         t->missing_point = point;
     }
     t->missing += skipped;
+}
+
+static void check_numbers(btg_track *t, uint32_t pass, uint32_t point, double row) {
+    uint64_t before = t->numbered && pass != t->last_pass ? skipped_end(t) : 0;
+    uint64_t skipped = t->column[9] >= 0 ? skipped_rows(t, (uint64_t)row)
+                                         : before + skipped_points(t, pass, point);
+    add_missing(t, skipped, pass, point);
     t->numbered = true;
     t->last_pass = pass;
     t->last_point = point;
@@ -225,6 +241,7 @@ static btg_status csv_next(btg_track *t, btg_verify_pose *pose, bool *ended, btg
     for (bool contact = false; !contact;) {
         size_t size;
         btg_status status = get_line(t, 0, &size, ended, message);
+        if (status == BTG_OK && *ended) add_missing(t, skipped_end(t), t->last_pass, t->pass_end);
         if (status < 0 || *ended) return status;
         if (size == 0) continue;
         status = csv_row(t, pose, &contact, message);
@@ -312,6 +329,17 @@ static btg_status apt_goto(btg_track *t, const char *rest, btg_verify_pose *pose
                  message);
 }
 
+/* Our own count, of what is printed for the machine's operator. */
+static void apt_print(btg_track *t, const char *rest) {
+    unsigned long moves;
+    if (sscanf(rest, "MOVES %9lu", &moves) == 1) t->promised = (long)moves;
+}
+
+static void apt_end(btg_track *t) {
+    if (t->promised >= 0) t->missing = (uint64_t)labs(t->promised - (long)t->last_point);
+    t->ended = true;
+}
+
 static btg_status apt_next(btg_track *t, btg_verify_pose *pose, bool *ended, btg_message *message) {
     static const char *const motions[] = {"GODLTA", "CIRCLE", "CYCLE",  "MOVARC",
                                           "GOHOME", "GOBACK", "TRACUT", "COPY",
@@ -323,7 +351,8 @@ static btg_status apt_next(btg_track *t, btg_verify_pose *pose, bool *ended, btg
         btg_status status = apt_record(t, ended, message);
         if (status < 0 || *ended) return status;
         if (begins(t->text, "GOTO", &rest)) return apt_goto(t, rest, pose, message);
-        if (begins(t->text, "FINI", &rest)) t->ended = true;
+        if (begins(t->text, "PPRINT", &rest)) apt_print(t, rest);
+        if (begins(t->text, "FINI", &rest)) apt_end(t);
         if (begins(t->text, "UNITS", &rest)) t->scale = strstr(rest, "INCH") ? MM_PER_INCH : 1;
         if (begins(t->text, "CUTTER", &rest)) status = apt_cutter(t, rest, message);
         for (size_t i = 0; i < sizeof motions / sizeof *motions && status == BTG_OK; i++)
@@ -419,7 +448,7 @@ static btg_status start(btg_track *t, btg_message *message) {
 
 btg_status btg_track_open(btg_track *track, const btg_track_def *def, const char *path,
                           btg_message *message) {
-    *track = (btg_track){.path = path, .scale = 1, .def = *def, .axis = {0, 0, 1}};
+    *track = (btg_track){.path = path, .scale = 1, .def = *def, .axis = {0, 0, 1}, .promised = -1};
     if (!kind_of(path, &track->kind))
         return btg_fail(message, BTG_ERROR_FORMAT,
                         "%.256s: unknown kind of path; give .csv, .cl (APT) or .ngc", path);

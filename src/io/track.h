@@ -35,10 +35,14 @@ typedef struct btg_track {
     bool numbered;           /* `last` has the numbers of a row */
     uint32_t last_pass, last_point;
     uint64_t last_row;
-    uint64_t missing; /* point numbers left out so far; of a program: moves, when it has ended */
+    bool any_pass;     /* one has ended, */
+    uint32_t pass_end; /* the longest by this point's number */
+    /* Point numbers left out so far; of APT and programs: moves, when they have ended. */
+    uint64_t missing;
     uint32_t missing_pass, missing_point; /* CSV: the first of them */
     int value_column[BTG_ROW_VALUES];
-    bool told; /* with def.rows, and every column there: */
+    bool whole; /* every column of ours is there */
+    bool told;  /* with def.rows, and whole: */
     btg_row row;
     /* APT */
     bool cutter; /* the file says which: */
@@ -46,6 +50,7 @@ typedef struct btg_track {
     double scale; /* mm per unit */
     bool ended;
     btg_vec3 axis; /* of the last GOTO: it stays */
+    long promised; /* GOTO records, by PPRINT MOVES; -1: it does not say */
     /* programs */
     btg_reader reader;
     uint64_t hasty_line; /* where reader.haste is from */

@@ -1,5 +1,6 @@
 #include "post/internal.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #define APT_DEF_VERSION 1
@@ -93,6 +94,7 @@ static btg_status put_goto(btg_apt *apt, btg_vec3 tip, btg_vec3 axis) {
     apt->tip = tip;
     apt->axis = axis;
     apt->placed = 1;
+    apt->moves++;
     return put(apt, &r);
 }
 
@@ -214,6 +216,12 @@ btg_status btg_apt_add(btg_apt *apt, const btg_position *position, int link) {
     return status == BTG_OK ? put_goto(apt, position->tip, position->axis) : status;
 }
 
+static btg_status put_count(const btg_apt *apt) {
+    char text[40];
+    snprintf(text, sizeof text, "PPRINT MOVES %lu", apt->moves);
+    return put_text(apt, text);
+}
+
 btg_status btg_apt_end(btg_apt *apt) {
     if (!apt) return BTG_ERROR_ARGUMENT;
     btg_status status = BTG_OK;
@@ -221,5 +229,6 @@ btg_status btg_apt_end(btg_apt *apt) {
         double z = lift_z(apt, apt->tip, apt->axis);
         status = put_rapid(apt, vec(apt->tip.x, apt->tip.y, z), apt->axis);
     }
+    if (status == BTG_OK) status = put_count(apt);
     return status == BTG_OK ? put_text(apt, "FINI") : status;
 }

@@ -36,7 +36,8 @@ class Apt(Case):
         self.assertEqual(numbers(records[3]), [10, 2, 3, 2, 0, 0, 42])
         self.assertEqual(records[4], "FEDRAT/1234.500000,MMPM")
         feeds, rapids, previous = [], [], ""
-        for r in records[5:-1]:
+        self.assertEqual(records[-2], f"PPRINT MOVES {sum(r.startswith('GOTO') for r in records)}")
+        for r in records[5:-2]:
             self.assertIn(r.split("/")[0], ("RAPID", "GOTO"))
             if r.startswith("GOTO"):
                 self.assertEqual(len(numbers(r)), 6)
@@ -67,7 +68,8 @@ class Apt(Case):
         self.path("-o", out, "--footprint", "points:" + points)
         records = [r.split("/")[0] for r in records_of(out)[5:]]
         move = ["RAPID", "GOTO"]
-        self.assertEqual(records, move + ["GOTO"] * 2 + move * 2 + ["GOTO"] + move + ["FINI"])
+        self.assertEqual(records, move + ["GOTO"] * 2 + move * 2 + ["GOTO"] + move
+                         + ["PPRINT MOVES 7", "FINI"])
 
 
 class Picture(Case):

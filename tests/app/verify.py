@@ -124,14 +124,43 @@ class Verify(program.Case):
         def delete(rows):
             rows = [{k: v for k, v in r.items() if k != "row"} for r in rows]
             last = next(i for i, r in enumerate(rows) if r["pass"] == "4" and r["point"] == "7")
-            return [r for r in rows if (r["pass"], r["point"]) != ("4", "6")][:last + 40]
+            end = next(i for i, r in enumerate(rows) if r["pass"] == "5")
+            assert last < end
+            return [r for r in rows if (r["pass"], r["point"]) != ("4", "6")][:end - 1]
 
         v = self.verify(self.changed(delete), code=1)
         self.assertEqual(v["missing"], 1)
         self.assertEqual(v["missing_before"], {"pass": 4, "point": 7})
 
+    def test_deleted_at_ends(self):
+        """All passes have as many points: the last of a pass is missed, and the last of all."""
+        def delete(rows, pass_, numbered):
+            rows = [r if numbered else {k: v for k, v in r.items() if k != "row"} for r in rows]
+            if not numbered:
+                seen = set()
+                rows = [r for r in rows if not ((r["pass"], r["point"]) in seen
+                                                or seen.add((r["pass"], r["point"])))]
+            ends = [i for i, r in enumerate(rows) if r["pass"] == pass_]
+            top = rows[ends[-1]]["point"]
+            gone = {i for i in ends if rows[i]["point"] == top}
+            return [r for i, r in enumerate(rows) if i not in gone]
+
+        last = program.rows_of(self.path_csv)[-1]["pass"]
+        first = program.rows_of(self.path_csv)[0]["pass"]
+        for pass_, numbered in ((first, False), ("4", False), (last, False), (last, True)):
+            v = self.verify(self.changed(lambda rows, p=pass_, n=numbered: delete(rows, p, n)), code=1)
+            self.assertEqual(v["missing"], 1, (pass_, numbered))
+
+    def test_record_deleted_from_apt(self):
+        """One GOTO in the middle of a pass: nothing is gouged, the file's own count tells."""
+        with open(self.path_cl) as f:
+            head, *moves = f.read().split("GOTO/")
+        broken = self.write("broken.cl", "GOTO/".join([head] + moves[:300] + moves[301:]))
+        self.assertEqual(self.verify(self.path_cl, tool=())["missing"], 0)
+        self.assertEqual(self.verify(broken, tool=(), code=1)["missing"], 1)
+
     def test_deleted_from_apt(self):
-        """Without numbers: what a pass that ends too soon leaves breaks the limit, there."""
+        """What a pass that ends too soon leaves breaks the limit, there."""
         with open(self.path_cl) as f:
             text = f.read()
         head, *moves = text.split("GOTO/")

@@ -37,6 +37,7 @@ typedef struct btg_apt {
     int placed; /* 1: the tool stands at tip, axis */
     int broken; /* 1: the next position is reached by a retract */
     btg_vec3 tip, axis;
+    unsigned long moves; /* GOTO records so far */
 } btg_apt;
 
 /* PARTNO, UNITS/MM, MULTAX/ON, CUTTER, FEDRAT. The cutter's height h is the top of shank and
@@ -50,7 +51,8 @@ BTG_API btg_status btg_apt_begin(btg_apt *apt, const btg_apt_def *def, const btg
  * one pass. ERROR_ARGUMENT: tip or axis is not finite. */
 BTG_API btg_status btg_apt_add(btg_apt *apt, const btg_position *position, int link);
 
-/* The last retract and FINI. */
+/* The last retract, PPRINT with the number of GOTO records, so that one that is lost shows, and
+ * FINI. */
 BTG_API btg_status btg_apt_end(btg_apt *apt);
 
 /* ---- machines ---------------------------------------------------------------------------- */
@@ -145,8 +147,8 @@ BTG_API double btg_machine_max_tilt(const btg_machine *machine, double most_rad)
 typedef struct btg_program_def {
     uint32_t version;
     const char *name;       /* for a comment and the program's name; may be NULL */
-    double feed_mm_per_min; /* of the tip; > 0, default 1000; lowered where joints would be too
-                               fast or accelerate too much */
+    double feed_mm_per_min; /* of the tip; 0.001 to 1e6, default 1000; lowered where joints would be
+                               too fast or accelerate too much */
     double clear_z_mm;      /* as for APT; no default */
     double approach_mm;     /* the last bit down to the part is at feed; >= 0, default 2 */
     double tolerance_mm;    /* of the cutter's motion between positions, and of rounding; 1e-6 .. 1,
