@@ -7,6 +7,7 @@
 #include <string.h>
 #include <strings.h>
 
+#define CSV_COLUMNS     11
 #define BYTE_ORDER_MARK "\xef\xbb\xbf"
 #define COLUMNS_MAX     64
 #define AXIS_LENGTH_MIN 1e-6
@@ -15,8 +16,9 @@
 /* A cutter's diameter and its two radii, as APT gives them, agree this well. */
 #define CUTTER_AGREES 1e-4
 
-static const char *const csv_column[10] = {"pass",  "point",  "status", "tip_x",  "tip_y",
-                                           "tip_z", "axis_x", "axis_y", "axis_z", "row"};
+static const char *const csv_column[CSV_COLUMNS] = {"pass",   "point", "status", "tip_x",
+                                                    "tip_y",  "tip_z", "axis_x", "axis_y",
+                                                    "axis_z", "row",   "foot_x"};
 
 static btg_status fail(const btg_track *t, btg_message *message, const char *reason) {
     return btg_fail(message, BTG_ERROR_FORMAT, "%.256s:%llu: %s", t->path,
@@ -106,7 +108,7 @@ static btg_status csv_header(btg_track *t, btg_message *message) {
     bool ended;
     btg_status status = get_line(t, 0, &size, &ended, message);
     if (status < 0) return status;
-    for (int i = 0; i < 10; i++)
+    for (int i = 0; i < CSV_COLUMNS; i++)
         t->column[i] = -1;
     for (int i = 0; i < BTG_ROW_VALUES; i++)
         t->value_column[i] = -1;
@@ -114,7 +116,7 @@ static btg_status csv_header(btg_track *t, btg_message *message) {
     if (strncmp(s, BYTE_ORDER_MARK, 3) == 0) s += 3;
     for (t->columns = 0; t->columns < COLUMNS_MAX; t->columns++) {
         size_t n = strcspn(s, ",");
-        find_name(csv_column, 10, s, n, t->columns, t->column);
+        find_name(csv_column, CSV_COLUMNS, s, n, t->columns, t->column);
         find_name(btg_row_names, BTG_ROW_VALUES, s, n, t->columns, t->value_column);
         if (s[n] == '\0') break;
         s += n + 1;
@@ -168,8 +170,8 @@ static uint64_t skipped_points(const btg_track *t, uint32_t pass, uint32_t point
     return skipped;
 }
 
-/* Points left out at the end of this pass, or of those before if it is longer: all passes of a
- * footprint have as many. */
+/* Points left out at the end of this pass, or of those before if it is longer: all straight passes
+ * along y have as many. */
 static uint64_t skipped_end(btg_track *t) {
     uint32_t end = t->last_point, before = t->any_pass ? t->pass_end : end;
     if (!t->numbered || !t->whole) return 0;
@@ -204,12 +206,12 @@ static void check_numbers(btg_track *t, uint32_t pass, uint32_t point, double ro
 
 static btg_status csv_row(btg_track *t, btg_verify_pose *pose, bool *contact,
                           btg_message *message) {
-    double v[10] = {0};
+    double v[CSV_COLUMNS] = {0};
     const char *s = t->text;
     int column = 0;
     for (;; column++) {
         size_t n = strcspn(s, ",");
-        for (int i = 0; i < 10; i++) {
+        for (int i = 0; i < CSV_COLUMNS; i++) {
             if (t->column[i] != column || i == 2) continue;
             if (!number(s, n, true, &v[i]))
                 return fail(t, message, "not a number; give a path as written");
@@ -225,6 +227,8 @@ static btg_status csv_row(btg_track *t, btg_verify_pose *pose, bool *contact,
         return fail(t, message, "row is no count; give whole numbers from 1");
     bool same = t->numbered && (uint32_t)v[0] == t->last_pass;
     if (t->column[0] < 0) same = true;
+    if (t->numbered && same && v[10] != t->last_foot_x) t->whole = false;
+    t->last_foot_x = v[10];
     check_numbers(t, (uint32_t)v[0], (uint32_t)v[1], v[9]);
     *contact = !isnan(v[3]);
     if (!*contact) {

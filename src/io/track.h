@@ -31,7 +31,7 @@ typedef struct btg_track {
     uint64_t line;
     char text[BTG_TRACK_LINE];
     /* CSV */
-    int columns, column[10]; /* pass, point, status, tip, axis, row */
+    int columns, column[11]; /* pass, point, status, tip, axis, row, foot_x */
     bool numbered;           /* `last` has the numbers of a row */
     uint32_t last_pass, last_point;
     uint64_t last_row;
@@ -41,8 +41,9 @@ typedef struct btg_track {
     uint64_t missing;
     uint32_t missing_pass, missing_point; /* CSV: the first of them */
     int value_column[BTG_ROW_VALUES];
-    bool whole; /* every column of ours is there */
-    bool told;  /* with def.rows, and whole: */
+    bool whole; /* every column of ours is there, and passes are straight along y */
+    double last_foot_x;
+    bool told; /* with def.rows, and whole: */
     btg_row row;
     /* APT */
     bool cutter; /* the file says which: */

@@ -151,6 +151,16 @@ class Verify(program.Case):
             v = self.verify(self.changed(lambda rows, p=pass_, n=numbered: delete(rows, p, n)), code=1)
             self.assertEqual(v["missing"], 1, (pass_, numbered))
 
+    def test_bent_passes(self):
+        """Passes that are not straight along y may have as many points as they like."""
+        def bend(rows):
+            rows = [{k: v for k, v in r.items() if k != "row"} for r in rows if r["pass"] in "01"]
+            for r in rows:
+                r["foot_x"] = r["foot_y"]
+            return rows[:-10]
+
+        self.assertEqual(self.verify(self.changed(bend))["missing"], 0)
+
     def test_record_deleted_from_apt(self):
         """One GOTO in the middle of a pass: nothing is gouged, the file's own count tells."""
         with open(self.path_cl) as f:
