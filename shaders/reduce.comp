@@ -4,7 +4,9 @@
  * between the pixels. */
 #include "tiles.h"
 
-layout(local_size_x = 16, local_size_y = 1, local_size_z = 1) in;
+/* Few lanes are quickest on small tiles; large ones get more (raster.c): llvmpipe ends a shader that
+ * has gone round its loops 65535 times, and says nothing. */
+layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
 layout(location = 0, binding = 0) uniform sampler2D depths;
 layout(location = 1, binding = 1) uniform usampler2D places;
 layout(std140, binding = BTG_RASTER_PASS) uniform pass_block {

@@ -187,6 +187,27 @@ static void test_bounds(const double height[16]) {
     free(s);
 }
 
+/* Windows as large as they may be asked for are looked at whole. */
+static void test_large_window(const double height[16]) {
+    static const uint32_t pixels = 1400;
+    study *s = calloc(1, sizeof *s);
+    btg_drop_result results[SIDE];
+    if (!s) exit(1);
+    begin_study(s, height);
+    double pixel = 2 * (s->tool.def.major_radius_mm + s->tool.def.minor_radius_mm) / pixels;
+    btg_backend *raw = open_backend(s, "osmesa", 1, pixels);
+    CHECK(btg_backend_drop(raw, s->drops, SIDE, results, NULL) == BTG_OK);
+    for (int i = 0; i < SIDE; i++) {
+        const btg_drop_result *right = &s->dropped[i];
+        double c = right->contact.normal.z, error = fabs(results[i].height_mm - right->height_mm);
+        if (on_edge(right->contact.place)) continue;
+        CHECK(error <= pixel_bound(s, right->contact.place, pixel, c, 0) / c);
+    }
+    btg_backend_close(raw);
+    btg_part_destroy(s->part);
+    free(s);
+}
+
 /* What no depth image can be. */
 static void test_refusals(const btg_backend_setup *setup) {
     static const uint32_t wrong[][2] = {{0, 50}, {3, 50}, {2, 7}, {1, 4097}};
@@ -213,6 +234,7 @@ int main(void) {
         device_check_threads_raw_times(0.04);
         for (int i = 0; i < 3; i++)
             test_bounds(heights[i]);
+        test_large_window(heights[0]);
     }
     int result = osmesa || egl ? 0 : 77;
     return device_checks_end(check_failures > 0 ? 1 : result);

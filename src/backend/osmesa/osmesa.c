@@ -123,7 +123,8 @@ static btg_status load(void *device, const btg_scene *scene, uint32_t capacity, 
     }
     status = btg_context_enter(s->context);
     if (status != BTG_OK) return btg_fail(message, status, "osmesa: the context is refused");
-    status = btg_raster_load(&s->search.raster, s->context, scene, s->atlas, bytes, message);
+    status = btg_raster_load(&s->search.raster, s->context, scene, s->atlas,
+                             s->search.options.window, bytes, message);
     btg_context_leave(s->context);
     return status;
 }

@@ -9,6 +9,10 @@
 #include "raster_vertex.h"
 
 #define INDICES 6 /* a cell */
+/* Of the workgroup that looks through a tile; more than that where a tile is wider. */
+#define LANES       16
+#define LANES_LARGE 1024
+#define LARGE_TILE  512
 
 _Static_assert(sizeof(btg_raster_tile) == 48, "layout");
 _Static_assert(sizeof(btg_raster_pass) == 48, "layout");
@@ -43,11 +47,14 @@ btg_status btg_raster_limits(const btg_context *context, size_t *buffer_bytes, u
 
 /* ---- programs ----------------------------------------------------------------------------- */
 
-static GLuint make_shader(const btg_gl *gl, GLenum kind, const uint32_t *code, size_t size) {
+/* `group`: lanes of a workgroup; 0: the shader has none. */
+static GLuint make_shader(const btg_gl *gl, GLenum kind, const uint32_t *code, size_t size,
+                          GLuint group) {
+    static const GLuint index = 0;
     GLint compiled = GL_FALSE;
     GLuint shader = gl->CreateShader(kind);
     gl->ShaderBinary(1, &shader, GL_SHADER_BINARY_FORMAT_SPIR_V, code, (GLsizei)size);
-    gl->SpecializeShaderARB(shader, "main", 0, NULL, NULL);
+    gl->SpecializeShaderARB(shader, "main", group > 0, &index, &group);
     gl->GetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
     if (compiled) return shader;
     gl->DeleteShader(shader);
@@ -74,17 +81,17 @@ static GLuint link_program(const btg_gl *gl, const GLuint *shaders, int count) {
     return 0;
 }
 
-#define SHADER(kind, code) make_shader(gl, kind, code, sizeof code)
+#define SHADER(kind, code, group) make_shader(gl, kind, code, sizeof code, group)
 
-static bool make_programs(btg_raster *r) {
+static bool make_programs(btg_raster *r, GLuint group) {
     const btg_gl *gl = r->gl;
-    GLuint drop[2] = {SHADER(GL_VERTEX_SHADER, raster_vertex), 0};
-    drop[1] = SHADER(GL_FRAGMENT_SHADER, raster_drop);
+    GLuint drop[2] = {SHADER(GL_VERTEX_SHADER, raster_vertex, 0), 0};
+    drop[1] = SHADER(GL_FRAGMENT_SHADER, raster_drop, 0);
     r->program[BTG_OP_DROP] = link_program(gl, drop, 2);
-    GLuint tilt[2] = {SHADER(GL_VERTEX_SHADER, raster_vertex), 0};
-    tilt[1] = SHADER(GL_FRAGMENT_SHADER, raster_tilt);
+    GLuint tilt[2] = {SHADER(GL_VERTEX_SHADER, raster_vertex, 0), 0};
+    tilt[1] = SHADER(GL_FRAGMENT_SHADER, raster_tilt, 0);
     r->program[BTG_OP_TILT] = link_program(gl, tilt, 2);
-    GLuint reduce = SHADER(GL_COMPUTE_SHADER, raster_reduce);
+    GLuint reduce = SHADER(GL_COMPUTE_SHADER, raster_reduce, group);
     r->reduce = link_program(gl, &reduce, 1);
     return r->program[BTG_OP_DROP] && r->program[BTG_OP_TILT] && r->reduce;
 }
@@ -186,10 +193,10 @@ static void set_state(const btg_raster *r) {
 }
 
 btg_status btg_raster_load(btg_raster *r, const btg_context *context, const btg_scene *scene,
-                           uint32_t side, size_t *bytes, btg_message *message) {
+                           uint32_t side, uint32_t window, size_t *bytes, btg_message *message) {
     const btg_gl *gl = btg_context_gl(context);
     *r = (btg_raster){.gl = gl, .side = side};
-    if (!make_programs(r)) {
+    if (!make_programs(r, window > LARGE_TILE ? LANES_LARGE : LANES)) {
         return btg_fail(message, BTG_ERROR_DEVICE,
                         "osmesa: %.100s does not take the shaders; try another --backend",
                         btg_context_name(context));
