@@ -76,6 +76,7 @@ double papers_gap(const btg_position *position);
 
 btg_status papers_vcrf(papers *p); /* tables 2 to 5, figure 10 */
 btg_status papers_gpu(papers *p);  /* table 1, figures 6, 8, 9 */
+btg_status papers_raw(papers *p);  /* osmesa's depth images before the polish; it must be ready */
 btg_status papers_dst(papers *p);  /* seeds, iterations, spread of second contacts */
 btg_status papers_spin(papers *p); /* spin policies: strip, scallop, passes */
 

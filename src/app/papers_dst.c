@@ -72,7 +72,8 @@ static btg_status iterations(papers *p) {
     }
     papers_note_add(
         p, newton,
-        "The paper: on average fewer than 5 seeds, fewer than 20 iterations; means of "
+        "The paper: on average fewer than 5 seeds, fewer than 20 iterations but where the "
+        "tool fits the part's curvature; here means of "
         "the answers found, iterations of the seed that led there. Given up are contacts "
         "on the part's edge, where there is no common normal, and osculating ones.");
     papers_note_add(p, newton,

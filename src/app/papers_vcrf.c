@@ -121,8 +121,9 @@ static void explain(papers *p, section sections[PAPERS_SURFACES][SECTIONS]) {
         p, measure_table[TILT],
         "Where it is worst here (%.2f deg) vcrf-grid's ray started %.3f mm from P, the "
         "exact Q is %.2f mm away. Beside P the ray's d and su^2 vanish together: a P "
-        "that is 0.002 mm off turns the angle by degrees. The paper's 1.48 deg come from "
-        "there: the tilt is ill-posed at P unless its limit is taken in closed form.",
+        "that is 0.002 mm off turns the angle by degrees. The paper's greatest stand, it "
+        "says, where P differs most too: the tilt is ill-posed unless P is exact, and at P unless "
+        "its limit is taken in closed form.",
         worst, from_p, exact);
     papers_note_add(
         p, measure_table[CONTACT],

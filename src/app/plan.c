@@ -40,6 +40,12 @@ static double curvature_at(const btg_surface_point *f, btg_vec3 n) {
     return fabs(mean) + sqrt(fmax(mean * mean - gauss, 0));
 }
 
+double plan_curvature(const btg_part *part, btg_place place) {
+    btg_surface_point f;
+    btg_part_point(part, place, &f);
+    return curvature_at(&f, vec_unit(vec_cross(f.su, f.sv)));
+}
+
 static void look_at(const btg_part *part, btg_place place, plan_part *out, double *most) {
     btg_surface_point f;
     btg_part_point(part, place, &f);

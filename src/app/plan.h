@@ -53,6 +53,8 @@ plan_way plan_window(const btg_tool *tool, double contact_mm, double error_mm, i
 /* The bound of a window. */
 plan_way plan_way_of(const btg_tool *tool, double contact_mm, uint32_t window, int levels);
 
+/* Greatest normal curvature at a place, either way, 1/mm; not finite where there is no normal. */
+double plan_curvature(const btg_part *part, btg_place place);
 plan_part plan_look(const btg_part *part);
 /* All but the check. */
 void plan_make(const btg_tool *tool, const plan_part *part, double tolerance_mm, plan *out);

@@ -43,7 +43,8 @@ typedef struct btg_raster_entry {
  * GL_ARB_gl_spirv. */
 btg_status btg_raster_limits(const btg_context *context, size_t *buffer_bytes, uint32_t *side,
                              btg_message *message);
-/* `side`: of the atlas; `window`: of the largest tile. *bytes: memory of the device. On error what there is stays for unload. */
+/* `side`: of the atlas; `window`: of the largest tile. *bytes: memory of the device. On error what
+ * there is stays for unload. */
 btg_status btg_raster_load(btg_raster *raster, const btg_context *context, const btg_scene *scene,
                            uint32_t side, uint32_t window, size_t *bytes, btg_message *message);
 void btg_raster_unload(btg_raster *raster);
