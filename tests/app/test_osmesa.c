@@ -191,13 +191,13 @@ static void test_bounds(const double height[16]) {
 static void test_large_window(const double height[16]) {
     static const uint32_t pixels = 1400;
     study *s = calloc(1, sizeof *s);
-    btg_drop_result results[SIDE];
+    btg_drop_result results[COUNT];
     if (!s) exit(1);
     begin_study(s, height);
     double pixel = 2 * (s->tool.def.major_radius_mm + s->tool.def.minor_radius_mm) / pixels;
     btg_backend *raw = open_backend(s, "osmesa", 1, pixels);
-    CHECK(btg_backend_drop(raw, s->drops, SIDE, results, NULL) == BTG_OK);
-    for (int i = 0; i < SIDE; i++) {
+    CHECK(btg_backend_drop(raw, s->drops, COUNT, results, NULL) == BTG_OK);
+    for (int i = 0; i < COUNT; i++) {
         const btg_drop_result *right = &s->dropped[i];
         double c = right->contact.normal.z, error = fabs(results[i].height_mm - right->height_mm);
         if (on_edge(right->contact.place)) continue;
