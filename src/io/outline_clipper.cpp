@@ -17,7 +17,6 @@ constexpr double UNITS = 1e5;
 /* The outline is that of facets so near the part, and gaps between patches are closed up to that.
  */
 constexpr double CHORD_MM = 0.02;
-constexpr size_t FACETS_MAX = 2000000;
 
 struct failure {
     btg_status status;
