@@ -14,9 +14,8 @@ using ClipperLib::Paths;
 
 /* Clipper counts in whole units: 1e-5 mm. */
 constexpr double UNITS = 1e5;
-/* The outline is that of facets so near the part, and gaps between patches are closed up to that.
- */
-constexpr double CHORD_MM = 0.02;
+/* Gaps between the facets of neighbouring patches are closed up to twice that. */
+constexpr double CHORD_MM = BTG_OUTLINE_CHORD_MM;
 
 struct failure {
     btg_status status;
