@@ -58,6 +58,12 @@ static double true_tilt(int part, const double *row, const correction *list, int
     return isnan(row[13]) ? row[8] : fmin(row[8], row[13]);
 }
 
+/* BTG_TEST_QUICK: every fifth position. */
+static int stride(void) {
+    const char *quick = getenv("BTG_TEST_QUICK");
+    return quick && *quick && *quick != '0' ? 5 : 1;
+}
+
 static void make(fixture *f, int part, btg_profile profile, const char *suffix) {
     correction list[128];
     int corrections = read_corrections(list, 128);
@@ -67,9 +73,10 @@ static void make(fixture *f, int part, btg_profile profile, const char *suffix) 
     char name[64], line[1024];
     snprintf(name, sizeof name, "%s-%s.csv", model_paper_name[part], suffix);
     FILE *file = open_data(name);
-    while (fgets(line, sizeof line, file)) {
+    for (int i = 0; fgets(line, sizeof line, file);) {
         double row[21];
         if (numbers(line, row, 21) != 21 || isnan(row[0])) continue;
+        if (i++ % stride() != 0) continue;
         want w = known(row[3]);
         if (f->op == BTG_OP_TILT) {
             bool toroidal = profile == BTG_PROFILE_TOROIDAL;
