@@ -33,8 +33,8 @@ static void print_program(const btg_track *t, FILE *file) {
     const btg_reader *r = &t->reader;
     const btg_machine_def *d = &r->machine->def;
     if (t->missing > 0)
-        fprintf(file, "%-14s the program says that it moves in %ld lines, and has %ld\n",
-                "LINES CHANGED", r->promised, (long)r->moves);
+        fprintf(file, "%-14s the program says %ld moves of %ld blocks, and has %lu of %lu\n",
+                "LINES CHANGED", r->promised[0], r->promised[1], r->moves, r->blocks);
     fprintf(file, "%-14s %s: ", "machine", d->name);
     if (r->haste == 0) {
         fprintf(file, "%lu moves, joint speeds not known\n", r->moves);

@@ -379,7 +379,11 @@ static btg_status program_end(btg_track *t, btg_message *message) {
     const btg_reader *r = &t->reader;
     if (!r->ended)
         return fail(t, message, "the program does not end (M2, M30, END PGM); it is cut short");
-    if (r->promised >= 0) t->missing = (uint64_t)labs(r->promised - (long)r->moves);
+    uint64_t moves = 0, blocks = 0;
+    if (r->promised[0] >= 0) moves = (uint64_t)labs(r->promised[0] - (long)r->moves);
+    if (r->promised[1] >= 0) blocks = (uint64_t)labs(r->promised[1] - (long)r->blocks);
+    t->missing = moves > blocks ? moves : blocks;
+    if (r->counted && r->promised[0] < 0) t->missing = 1;
     return BTG_OK;
 }
 

@@ -144,10 +144,14 @@ static btg_status take_name(cursor *c, const char *word, size_t size) {
 /* ---- comments and what stands at a line's beginning ------------------------------------------ */
 
 static void take_comment(cursor *c, const char *text) {
+    if (strncmp(text, "BITANGENT ", 10) == 0) c->block->counted = true;
     if (strncmp(text, "MOVES ", 6) != 0) return;
     cursor inner = {.at = text + 6};
     double value;
-    if (read_number(&inner, &value) && value >= 0) c->block->promised = (long)value;
+    if (read_number(&inner, &value) && value >= 0) c->block->promised[0] = (long)value;
+    if (strncmp(inner.at, " OF ", 4) != 0) return;
+    inner.at += 4;
+    if (read_number(&inner, &value) && value >= 0) c->block->promised[1] = (long)value;
 }
 
 static btg_status skip_comment(cursor *c) {
@@ -202,13 +206,14 @@ static btg_status take_heading(cursor *c) {
 btg_status btg_block_parse(btg_control control, const char *text, btg_block *block,
                            btg_message *message) {
     memset(block, 0, sizeof *block);
-    block->promised = -1;
+    block->promised[0] = block->promised[1] = -1;
     cursor c = {control, text, block, message};
     btg_status status = BTG_OK;
     skip_blanks(&c);
     bool round = control == BTG_CONTROL_LINUXCNC || control == BTG_CONTROL_FANUC;
     if (round && *c.at == '%') c.at++;
     if (control == BTG_CONTROL_HEIDENHAIN) status = take_heading(&c);
+    block->any = block->keywords != 0;
     while (status == BTG_OK) {
         skip_blanks(&c);
         if (*c.at == '\0') break;
@@ -217,6 +222,7 @@ btg_status btg_block_parse(btg_control control, const char *text, btg_block *blo
             status = skip_comment(&c);
             continue;
         }
+        block->any = true;
         size_t size = 0;
         while (isalpha((unsigned char)word[size]))
             size++;

@@ -55,12 +55,19 @@ static void begin_line(btg_program *p) {
 
 static void end_line(btg_program *p) {
     text(p, "\n");
+    p->lines++;
 }
 
 static void line(btg_program *p, const char *s) {
     begin_line(p);
     text(p, s);
     end_line(p);
+}
+
+/* Where a file of some controls begins and ends: no block. */
+static void put_percent(btg_program *p) {
+    begin_line(p);
+    text(p, "%\n");
 }
 
 /* Only what comments and program names of all controls can hold. */
@@ -82,7 +89,7 @@ static void comment(btg_program *p, const char *s, const char *value) {
     text(p, s);
     text(p, value);
     text(p, round ? ")" : "");
-    end_line(p);
+    text(p, "\n");
 }
 
 /* ---- words -------------------------------------------------------------------------------- */
@@ -317,7 +324,7 @@ static void put_blending(btg_program *p) {
 }
 
 void btg_gcode_begin(btg_program *p) {
-    if (is(p, BTG_CONTROL_LINUXCNC) || is(p, BTG_CONTROL_FANUC)) line(p, "%");
+    if (is(p, BTG_CONTROL_LINUXCNC) || is(p, BTG_CONTROL_FANUC)) put_percent(p);
     if (is(p, BTG_CONTROL_FANUC)) line(p, "O0001");
     make_name(p, p->def.name && p->def.name[0] ? p->def.name : "BITANGENT");
     if (is(p, BTG_CONTROL_HEIDENHAIN)) put_name(p, "BEGIN PGM ");
@@ -403,29 +410,45 @@ void btg_gcode_first(btg_program *p, const btg_stop *stop) {
     btg_gcode_rapid(p, stop);
 }
 
-/* So that a reader sees whether lines are left out. */
-static void put_count(btg_program *p) {
-    char digits[BTG_NUMBER_SIZE];
-    *btg_number_text(digits, (int64_t)p->info.blocks, 0, 0) = '\0';
-    comment(p, "MOVES ", digits);
+/* So that a reader sees whether lines are left out. `left`: blocks after this one. */
+static void put_count(btg_program *p, unsigned left) {
+    char counts[2 * BTG_NUMBER_SIZE + 16];
+    char *end = btg_number_text(counts, (int64_t)p->info.blocks, 0, 0);
+    memcpy(end, " OF ", 4);
+    end = btg_number_text(end + 4, (int64_t)(p->lines + left), 0, 0);
+    memcpy(end, " BLOCKS", 8);
+    comment(p, "MOVES ", counts);
+}
+
+/* Blocks that end the program. */
+static unsigned blocks_at_end(const btg_program *p) {
+    const btg_machine_def *d = &p->machine.def;
+    unsigned spindle = p->def.spindle_rpm > 0;
+    unsigned inverse = d->inverse_time && !is(p, BTG_CONTROL_HEIDENHAIN);
+    static const unsigned fixed[] = {[BTG_CONTROL_LINUXCNC] = 2,
+                                     [BTG_CONTROL_FANUC] = 3,
+                                     [BTG_CONTROL_SIEMENS] = 2,
+                                     [BTG_CONTROL_HEIDENHAIN] = 3};
+    bool off = d->tcp && (is(p, BTG_CONTROL_SIEMENS) || is(p, BTG_CONTROL_HEIDENHAIN));
+    return fixed[d->control] + spindle + inverse + off;
 }
 
 void btg_gcode_end(btg_program *p) {
     const btg_machine_def *d = &p->machine.def;
-    put_count(p);
+    put_count(p, blocks_at_end(p));
     if (p->def.spindle_rpm > 0) line(p, "M5");
     if (p->machine.def.inverse_time && !is(p, BTG_CONTROL_HEIDENHAIN)) line(p, "G94");
     switch (d->control) {
     case BTG_CONTROL_LINUXCNC:
         put_retract(p);
         line(p, "M2");
-        line(p, "%");
+        put_percent(p);
         break;
     case BTG_CONTROL_FANUC:
         line(p, "G49");
         put_retract(p);
         line(p, "M30");
-        line(p, "%");
+        put_percent(p);
         break;
     case BTG_CONTROL_SIEMENS:
         if (d->tcp) line(p, "TRAFOOF");

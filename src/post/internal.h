@@ -149,6 +149,7 @@ struct btg_program {
     bool known[6];
     int motion; /* G0, G1, or -1 */
     double last_feed;
+    uint64_t lines; /* written, comments apart */
     unsigned long line;
     size_t text_size;
     char text[BTG_TEXT_SIZE];

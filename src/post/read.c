@@ -22,7 +22,7 @@ void btg_reader_open(btg_reader *r, const btg_machine *machine, double error_mm,
     r->error_mm = error_mm;
     r->reach_mm = reach_mm;
     r->motion = -1;
-    r->tool = r->promised = -1;
+    r->tool = r->promised[0] = r->promised[1] = -1;
     /* LinuxCNC's kinematics are on from the start, its joints at 0. */
     r->tcp = machine->def.control == BTG_CONTROL_LINUXCNC && machine->def.tcp;
     r->known[3] = r->known[4] = r->tcp;
@@ -320,7 +320,10 @@ btg_status btg_reader_line(btg_reader *r, const char *text, btg_message *message
     bool machine_frame = false;
     btg_status status = btg_block_parse(r->machine->def.control, text, &b, message);
     if (status != BTG_OK) return status;
-    if (b.promised >= 0) r->promised = b.promised;
+    for (int i = 0; i < 2; i++)
+        if (b.promised[i] >= 0) r->promised[i] = b.promised[i];
+    if (b.any) r->blocks++;
+    if (b.counted) r->counted = true;
     bool ended = r->ended;
     status = take_modal(r, &b, &machine_frame, message);
     if (status != BTG_OK) return status;

@@ -38,9 +38,11 @@ typedef struct btg_block {
     int g[BTG_BLOCK_CODES], g_count; /* in tenths: G43.4 is 434 */
     int m[BTG_BLOCK_CODES], m_count;
     unsigned keywords;
-    double seconds; /* FT */
-    long tool;      /* TOOL CALL */
-    long promised;  /* a comment "MOVES n"; -1: there is none */
+    double seconds;   /* FT */
+    long tool;        /* TOOL CALL */
+    long promised[2]; /* a comment "MOVES n OF m BLOCKS"; -1: it does not say */
+    bool counted;     /* a comment "BITANGENT ...": the program counts its blocks */
+    bool any;         /* something but a comment */
 } btg_block;
 
 /* `text` is a line without its end. ERROR_FORMAT: reason; remedy. */
@@ -100,9 +102,11 @@ typedef struct btg_reader {
     double part, step; /* of the way done; of the piece before */
     btg_way_pose last;
 
-    unsigned long moves; /* lines that move, machine coordinates apart */
-    long promised;       /* by the program; -1: it does not say */
-    double haste;        /* largest so far of a joint's speed over what it can do; 0: not known */
+    unsigned long moves;  /* lines that move, machine coordinates apart */
+    bool counted;         /* it should say how many moves and blocks there are */
+    unsigned long blocks; /* lines with more than a comment */
+    long promised[2];     /* moves and blocks, by the program; -1: it does not say */
+    double haste;         /* largest so far of a joint's speed over what it can do; 0: not known */
     int hasty_joint;
 } btg_reader;
 

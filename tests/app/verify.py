@@ -254,6 +254,24 @@ class Verify(program.Case):
             v = self.verify(name, "--machine", machine, *LIMITS, code=1)
             self.assertEqual(v["missing"], 1)
 
+    def test_deleted_blocks(self):
+        """Any line of a program, but for its part's name and the marks around it."""
+        for machine in ("xyzac-trt", "fanuc", "siemens", "heidenhain"):
+            out = self.at("path.ngc")
+            self.good("path", self.part, "--tool", "4,3", "--side-step", "40", "--forward-step", "40",
+                      "--quiet", "-o", out, "--machine", machine)
+            with open(out) as f:
+                lines = f.read().splitlines(keepends=True)
+            words = ("verify", self.part, self.at("less.ngc"), "--tool", "4,3", "--grid", "2", "--quiet",
+                     "--machine", machine)
+            self.write("less.ngc", "".join(lines))
+            self.good(*words)
+            for i, line in enumerate(lines):
+                if line == "%\n" or "PART " in line or "BITANGENT " in line:
+                    continue
+                self.write("less.ngc", "".join(lines[:i] + lines[i + 1:]))
+                self.assertNotEqual(self.run_program(*words).returncode, 0, (machine, line))
+
     def test_wrong_machine(self):
         """Angles meant for another table, a feed that no joint can follow, a limit."""
         out = self.program("xyzac-trt")

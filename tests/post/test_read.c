@@ -129,7 +129,8 @@ static void test_round_trip(listing *l) {
         answer a = read_text(&m, l->text, true);
         if (a.status < 0) printf("%s line %d: %s\n", controls[k].name, a.line, a.message.text);
         CHECK(a.status == BTG_OK && a.reader.ended);
-        CHECK(a.reader.promised == (long)a.reader.moves && a.reader.moves == l->info.blocks);
+        CHECK(a.reader.promised[0] == (long)a.reader.moves && a.reader.moves == l->info.blocks);
+        CHECK(a.reader.promised[1] == (long)a.reader.blocks);
         int missed = 0;
         for (int i = 0; i < 60; i++)
             if (a.nearest[i] == 0) {
