@@ -113,3 +113,50 @@ bool options_parse(int count, char **words, path_options *options) {
         return check_machine(options) && check_tilt(options) && check_motion(options);
     return app_refuse("path", "no part; give a glTF file, see 'bitangent help path'");
 }
+
+/* ---- options lent to other commands ------------------------------------------------------- */
+
+static bool named(const char *name, const char *word, size_t size) {
+    return strlen(name) == size && strncmp(word, name, size) == 0;
+}
+
+static const option *borrow(bool (*lent)(const char *name), const char *word, size_t size) {
+    for (size_t k = 0; k < path_option_count; k++) {
+        const option *o = &path_option_list[k];
+        if (named(o->name, word, size)) return lent(o->name) ? o : NULL;
+    }
+    return NULL;
+}
+
+bool options_word(const char *command, const char *(*own_name)(size_t number),
+                  bool (*lent)(const char *name), int count, char **words, int *i,
+                  option_word *out) {
+    const char *word = words[*i];
+    const char *equals = strncmp(word, "--", 2) == 0 ? strchr(word, '=') : NULL;
+    size_t size = equals ? (size_t)(equals - word) : strlen(word), k = 0;
+    const option *path = borrow(lent, word, size);
+    while (own_name(k) && !named(own_name(k), word, size))
+        k++;
+    if (!path && !own_name(k))
+        return app_refuse(command, "unknown option '%.200s'; see 'bitangent help %s'", word,
+                          command);
+    *out = (option_word){path, k, path ? path->name : own_name(k), equals ? equals + 1 : NULL};
+    if (path && path->flag) return !equals || app_refuse(out->name, "takes no value");
+    if (out->value) return true;
+    if (*i + 1 >= count)
+        return app_refuse(out->name, "needs a value; see 'bitangent help %s'", command);
+    out->value = words[++*i];
+    return true;
+}
+
+bool options_part_and_path(const char *command, const char *word, path_options *options,
+                           const char **track) {
+    if (word[0] == '\0') return app_refuse(command, "a file's name is empty");
+    if (!options->part) {
+        options->part = word;
+        return true;
+    }
+    if (*track) return app_refuse(command, "a third file, '%.200s'; give a part and a path", word);
+    *track = word;
+    return true;
+}

@@ -78,4 +78,21 @@ typedef struct option {
 extern const option path_option_list[];
 extern const size_t path_option_count;
 
+/* What a command that lends itself options of `bitangent path` is asked for by one word. */
+typedef struct option_word {
+    const option *path; /* lent; NULL: the command's own, number `own` */
+    size_t own;
+    const char *name, *value; /* value: NULL for those without */
+} option_word;
+
+/* The word at *i, and the next where that is its value. `own_name`: of the command's own options by
+ * number, NULL after the last; `lent`: the command takes that option of `bitangent path`. False: a
+ * line on stderr says why. */
+bool options_word(const char *command, const char *(*own_name)(size_t number),
+                  bool (*lent)(const char *name), int count, char **words, int *i,
+                  option_word *word);
+/* A word that is no option: the part, then the path. False: a line on stderr says why. */
+bool options_part_and_path(const char *command, const char *word, path_options *options,
+                           const char **track);
+
 #endif

@@ -100,53 +100,22 @@ static const struct {
     {"--links", set_links},
 };
 
-static bool named(const char *name, const char *word, size_t size) {
-    return strlen(name) == size && strncmp(word, name, size) == 0;
+static const char *own_name(size_t number) {
+    return number < sizeof own / sizeof *own ? own[number].name : NULL;
 }
 
-static const option *borrow(const char *word, size_t size) {
-    for (size_t i = 0; i < sizeof borrowed / sizeof *borrowed; i++) {
-        if (!named(borrowed[i], word, size)) continue;
-        for (size_t k = 0; k < path_option_count; k++)
-            if (named(path_option_list[k].name, word, size)) return &path_option_list[k];
-    }
-    return NULL;
+static bool lent(const char *name) {
+    for (size_t i = 0; i < sizeof borrowed / sizeof *borrowed; i++)
+        if (strcmp(borrowed[i], name) == 0) return true;
+    return false;
 }
 
 static bool take_option(verify_options *o, int count, char **words, int *i) {
-    const char *word = words[*i];
-    const char *equals = strncmp(word, "--", 2) == 0 ? strchr(word, '=') : NULL;
-    size_t size = equals ? (size_t)(equals - word) : strlen(word);
-    const option *path = borrow(word, size);
-    size_t k = 0;
-    while (k < sizeof own / sizeof *own && !named(own[k].name, word, size))
-        k++;
-    if (!path && k == sizeof own / sizeof *own)
-        return app_refuse("verify", "unknown option '%.200s'; see 'bitangent help verify'", word);
-    const char *name = path ? path->name : own[k].name, *value = equals ? equals + 1 : NULL;
-    if (path && path->flag) {
-        if (equals) return app_refuse(name, "takes no value");
-        return path->set(&o->path, name, NULL);
-    }
-    if (!value) {
-        if (*i + 1 >= count) return app_refuse(name, "needs a value; see 'bitangent help verify'");
-        value = words[++*i];
-    }
-    if (!path) return own[k].set(o, name, value);
-    if (strcmp(name, "--tool") == 0) o->tool_given = true;
-    return path->set(&o->path, name, value);
-}
-
-static bool take_file(verify_options *o, const char *word) {
-    if (word[0] == '\0') return app_refuse("verify", "a file's name is empty");
-    if (!o->path.part) {
-        o->path.part = word;
-        return true;
-    }
-    if (o->track)
-        return app_refuse("verify", "a third file, '%.200s'; give a part and a path", word);
-    o->track = word;
-    return true;
+    option_word w;
+    if (!options_word("verify", own_name, lent, count, words, i, &w)) return false;
+    if (!w.path) return own[w.own].set(o, w.name, w.value);
+    if (strcmp(w.name, "--tool") == 0) o->tool_given = true;
+    return w.path->set(&o->path, w.name, w.value);
 }
 
 bool verify_options_parse(int count, char **words, verify_options *o) {
@@ -162,7 +131,9 @@ bool verify_options_parse(int count, char **words, verify_options *o) {
             continue;
         }
         bool dash = !only_files && word[0] == '-' && word[1] != '\0';
-        if (!(dash ? take_option(o, count, words, &i) : take_file(o, word))) return false;
+        if (!(dash ? take_option(o, count, words, &i)
+                   : options_part_and_path("verify", word, &o->path, &o->track)))
+            return false;
     }
     o->def.threads = o->path.threads;
     if (o->path.help || o->track) return true;

@@ -75,50 +75,22 @@ static const struct {
     {"--view-from", set_view_from},   {"--look-at", set_look_at}, {"--keys", set_keys},
 };
 
-static bool named(const char *name, const char *word, size_t size) {
-    return strlen(name) == size && strncmp(word, name, size) == 0;
+static const char *own_name(size_t number) {
+    return number < sizeof own / sizeof *own ? own[number].name : NULL;
 }
 
-static const option *borrow(const char *word, size_t size) {
+static bool lent(const char *name) {
     for (size_t i = 0; i < sizeof foreign / sizeof *foreign; i++)
-        if (named(foreign[i], word, size)) return NULL;
-    for (size_t k = 0; k < path_option_count; k++)
-        if (named(path_option_list[k].name, word, size)) return &path_option_list[k];
-    return NULL;
+        if (strcmp(foreign[i], name) == 0) return false;
+    return true;
 }
 
 static bool take_option(view_options *o, int count, char **words, int *i) {
-    const char *word = words[*i];
-    const char *equals = strncmp(word, "--", 2) == 0 ? strchr(word, '=') : NULL;
-    size_t size = equals ? (size_t)(equals - word) : strlen(word), k = 0;
-    const option *path = borrow(word, size);
-    while (k < sizeof own / sizeof *own && !named(own[k].name, word, size))
-        k++;
-    if (!path && k == sizeof own / sizeof *own)
-        return app_refuse("view", "unknown option '%.200s'; see 'bitangent help view'", word);
-    const char *name = path ? path->name : own[k].name, *value = equals ? equals + 1 : NULL;
-    if (path && path->flag) {
-        if (equals) return app_refuse(name, "takes no value");
-        return path->set(&o->path, name, NULL);
-    }
-    if (!value) {
-        if (*i + 1 >= count) return app_refuse(name, "needs a value; see 'bitangent help view'");
-        value = words[++*i];
-    }
-    if (!path) return own[k].set(o, name, value);
-    if (strcmp(name, "--tool") == 0) o->tool_given = true;
-    return path->set(&o->path, name, value);
-}
-
-static bool take_file(view_options *o, const char *word) {
-    if (word[0] == '\0') return app_refuse("view", "a file's name is empty");
-    if (!o->path.part) {
-        o->path.part = word;
-        return true;
-    }
-    if (o->track) return app_refuse("view", "a third file, '%.200s'; give a part and a path", word);
-    o->track = word;
-    return true;
+    option_word w;
+    if (!options_word("view", own_name, lent, count, words, i, &w)) return false;
+    if (!w.path) return own[w.own].set(o, w.name, w.value);
+    if (strcmp(w.name, "--tool") == 0) o->tool_given = true;
+    return w.path->set(&o->path, w.name, w.value);
 }
 
 bool view_options_parse(int count, char **words, view_options *o) {
@@ -133,7 +105,9 @@ bool view_options_parse(int count, char **words, view_options *o) {
             continue;
         }
         bool dash = !only_files && word[0] == '-' && word[1] != '\0';
-        if (!(dash ? take_option(o, count, words, &i) : take_file(o, word))) return false;
+        if (!(dash ? take_option(o, count, words, &i)
+                   : options_part_and_path("view", word, &o->path, &o->track)))
+            return false;
     }
     if (o->path.help || o->path.part) return true;
     return app_refuse("view", "no part; give a glTF file, see 'bitangent help view'");
