@@ -163,10 +163,10 @@ static frame_box box_about(const btg_cell *cell, btg_place place, double speed_u
                        (low_v - place.v) * speed_v, (high_v - place.v) * speed_v};
 }
 
+/* ---- basins ------------------------------------------------------------------------------- */
+
 /* How deep a basin may be, part of the clearance: a polish leaves slopes. */
 #define BASIN_SHARE 0.25
-
-/* ---- basins ------------------------------------------------------------------------------- */
 
 /* Slopes at a contact: into the item at its edges, not below 0, and what is left of the others. */
 typedef struct basin_slopes {

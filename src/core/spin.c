@@ -567,7 +567,10 @@ void btg_spin_take(btg_spin_search *s, const btg_tilt_query *query, const btg_ti
     sample.q = result->contact.place;
     sample.guessed = guessed;
     sample.tilt = result->tilt_rad;
-    if (before && fabs(before->tilt - sample.tilt) > SAME_SPIN) drop_guesses(s), before = NULL;
+    if (before && fabs(before->tilt - sample.tilt) > SAME_SPIN) {
+        drop_guesses(s);
+        before = NULL;
+    }
     if (before)
         *before = sample;
     else
