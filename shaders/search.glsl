@@ -9,7 +9,11 @@
  * Whatever the order of invocations, the same place wins: all compare with a bound that stands for
  * the round, and equal values are told apart by cell and sample. */
 
+#if defined VULKAN || defined GL_SPIRV
 layout(local_size_x_id = 0, local_size_y = 1, local_size_z = 1) in;
+#else
+layout(local_size_x = BTG_GROUP, local_size_y = 1, local_size_z = 1) in;
+#endif
 
 const uint STACK = 768;
 const uint SIZE_MAX = 64;

@@ -1,4 +1,4 @@
-#version 450
+#version 430
 #extension GL_GOOGLE_include_directive : require
 /* TILT for a batch: one workgroup a query. */
 #define BTG_TILT

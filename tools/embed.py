@@ -1,9 +1,10 @@
-"""Makes a C array of a page, with the style sheets and scripts it names put into it.
+"""Makes a C array of a text, with the files it names put into it.
 
-    python3 embed.py PAGE OUTPUT.c NAME
+    python3 embed.py TEXT OUTPUT NAME     the array, ending with a zero byte
+    python3 embed.py TEXT OUTPUT          the text itself, put together
 
-`<link rel="stylesheet" href="FILE">` and `<script src="FILE"></script>` are replaced by the files'
-contents, which stand beside PAGE. The array ends with a zero byte.
+Of a page `<link rel="stylesheet" href="FILE">` and `<script src="FILE"></script>` are replaced by
+the files' contents, of a shader `#include "FILE"`; they stand beside TEXT.
 """
 
 import os
@@ -16,8 +17,17 @@ def read(folder, name):
         return f.read()
 
 
+def shader(folder, name):
+    text = read(folder, name)
+    # Drivers know no includes, nor the extension for them.
+    text = re.sub(r"#extension GL_GOOGLE_include_directive .*\n", "", text)
+    return re.sub(r'#include "([\w.-]+)"\n', lambda m: shader(folder, m[1]), text)
+
+
 def put_together(path):
     folder, name = os.path.split(path)
+    if name.endswith(".comp"):
+        return shader(folder, name)
     page = read(folder, name)
     page = re.sub(
         r'<link rel="stylesheet" href="([\w.-]+)">',
@@ -31,8 +41,13 @@ def put_together(path):
     )
 
 
-def main(page, output, name):
-    data = put_together(page).encode() + b"\0"
+def main(path, output, name=None):
+    text = put_together(path)
+    if not name:
+        with open(output, "w", encoding="utf-8") as f:
+            f.write(text)
+        return
+    data = text.encode() + b"\0"
     rows = [",".join(str(b) for b in data[i : i + 24]) for i in range(0, len(data), 24)]
     with open(output, "w", encoding="ascii") as f:
         f.write(f"extern const unsigned char {name}[];\n")

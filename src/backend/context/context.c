@@ -12,6 +12,7 @@ struct btg_context {
     const btg_context_provider_table *provider;
     void *made;
     btg_gl gl;
+    int version;           /* 10 major + minor */
     btg_host_current host; /* while entered */
     char name[160];
     char *extensions; /* each between two blanks */
@@ -42,9 +43,24 @@ static bool load_functions(btg_context *c) {
     all = all && f;
     BTG_GL(LOAD)
 #undef LOAD
-    f = c->provider->function(c->made, "glSpecializeShaderARB");
-    c->gl.SpecializeShaderARB = (PFNGLSPECIALIZESHADERARBPROC)f;
     return all;
+}
+
+static GLenum APIENTRY no_reset(void) {
+    return GL_NO_ERROR;
+}
+
+/* What later versions or extensions have; named as the one that is there names it. */
+static void load_extras(btg_context *c) {
+    btg_context_function f = (btg_context_function)no_reset;
+    if (c->version >= 45)
+        f = c->provider->function(c->made, "glGetGraphicsResetStatus");
+    else if (btg_context_extension(c, "GL_ARB_robustness"))
+        f = c->provider->function(c->made, "glGetGraphicsResetStatusARB");
+    c->gl.GetGraphicsResetStatus = (PFNGLGETGRAPHICSRESETSTATUSARBPROC)f;
+    f = c->provider->function(c->made,
+                              c->version >= 46 ? "glSpecializeShader" : "glSpecializeShaderARB");
+    c->gl.SpecializeShaderARB = (PFNGLSPECIALIZESHADERARBPROC)f;
 }
 
 static bool read_extensions(btg_context *c) {
@@ -67,20 +83,23 @@ static bool read_extensions(btg_context *c) {
 static btg_status describe(btg_context *c, btg_message *message) {
     GLint major = 0, minor = 0;
     if (!load_functions(c)) {
-        return btg_fail(message, BTG_ERROR_NO_DEVICE, "%s: functions of OpenGL 4.5 are missing",
+        return btg_fail(message, BTG_ERROR_NO_DEVICE, "%s: functions of OpenGL 4.3 are missing",
                         c->provider->name);
     }
     /* Addresses prove nothing: there is a stub for any name. */
     c->gl.GetIntegerv(GL_MAJOR_VERSION, &major);
     c->gl.GetIntegerv(GL_MINOR_VERSION, &minor);
-    if (major < 4 || (major == 4 && minor < 5)) {
-        return btg_fail(message, BTG_ERROR_NO_DEVICE, "%s: OpenGL %d.%d; 4.5 is needed",
-                        c->provider->name, (int)major, (int)minor);
+    c->version = 10 * (int)major + (int)minor;
+    if (c->version < 43) {
+        return btg_fail(message, BTG_ERROR_NO_DEVICE,
+                        "%s: OpenGL %d.%d; 4.3 is needed, a newer driver has it", c->provider->name,
+                        (int)major, (int)minor);
     }
     snprintf(c->name, sizeof c->name, "%.80s; OpenGL %.70s",
              (const char *)c->gl.GetString(GL_RENDERER), (const char *)c->gl.GetString(GL_VERSION));
     if (!read_extensions(c))
         return btg_fail(message, BTG_ERROR_MEMORY, "%s: out of memory", c->provider->name);
+    load_extras(c);
     return BTG_OK;
 }
 
@@ -176,6 +195,10 @@ bool btg_context_extension(const btg_context *c, const char *name) {
     char word[96];
     int n = snprintf(word, sizeof word, " %s ", name);
     return n > 0 && (size_t)n < sizeof word && strstr(c->extensions, word);
+}
+
+bool btg_context_spirv(const btg_context *c) {
+    return c->version >= 46 || btg_context_extension(c, "GL_ARB_gl_spirv");
 }
 
 const char *btg_context_provider(const btg_context *c) {

@@ -1,6 +1,6 @@
-/* OpenGL without a window: a 4.5 core context from OSMesa or from EGL's surfaceless platform, both
- * opened at run time. Apart from what is done with it, so that whoever embeds a back end keeps the
- * context that was current on the thread. Internal. */
+/* OpenGL without a window: a core context, 4.3 or later, from OSMesa or from EGL's surfaceless
+ * platform, both opened at run time. Apart from what is done with it, so that whoever embeds a back
+ * end keeps the context that was current on the thread. Internal. */
 #ifndef BTG_BACKEND_CONTEXT_CONTEXT_H
 #define BTG_BACKEND_CONTEXT_CONTEXT_H
 
@@ -36,6 +36,8 @@ void btg_context_leave(btg_context *context);
 const btg_gl *btg_context_gl(const btg_context *context);
 /* Has the driver this extension? Any time. */
 bool btg_context_extension(const btg_context *context, const char *name);
+/* Does it take shaders as SPIR-V? Any time. */
+bool btg_context_spirv(const btg_context *context);
 /* "osmesa" or "egl". */
 const char *btg_context_provider(const btg_context *context);
 /* Renderer, driver and version: one line. */

@@ -92,7 +92,7 @@ static btg_status make_context(egl *e, btg_message *message) {
     static const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
                                         4,
                                         EGL_CONTEXT_MINOR_VERSION,
-                                        5,
+                                        3,
                                         EGL_CONTEXT_OPENGL_PROFILE_MASK,
                                         EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
                                         EGL_NONE};
@@ -105,7 +105,7 @@ static btg_status make_context(egl *e, btg_message *message) {
         e->context = e->CreateContext(e->display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
     if (e->context) return BTG_OK;
     return btg_fail(message, BTG_ERROR_NO_DEVICE,
-                    "egl: no OpenGL 4.5 core context (EGL error 0x%x); a newer driver has it",
+                    "egl: no OpenGL 4.3 core context (EGL error 0x%x); a newer driver has it",
                     (unsigned)e->GetError());
 }
 

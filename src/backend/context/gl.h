@@ -1,4 +1,4 @@
-/* The functions of OpenGL 4.5 that the back ends call, as a table: nothing here is linked. */
+/* The functions of OpenGL 4.3 that the back ends call, as a table: nothing here is linked. */
 #ifndef BTG_BACKEND_CONTEXT_GL_H
 #define BTG_BACKEND_CONTEXT_GL_H
 
@@ -20,8 +20,7 @@
     X(ClientWaitSync, CLIENTWAITSYNC)                                                              \
     X(DeleteSync, DELETESYNC)                                                                      \
     X(DebugMessageCallback, DEBUGMESSAGECALLBACK)                                                  \
-    X(DebugMessageControl, DEBUGMESSAGECONTROL)                                                    \
-    X(GetGraphicsResetStatus, GETGRAPHICSRESETSTATUS)
+    X(DebugMessageControl, DEBUGMESSAGECONTROL)
 #define BTG_GL_BUFFERS(X)                                                                          \
     X(IsBuffer, ISBUFFER)                                                                          \
     X(GenBuffers, GENBUFFERS)                                                                      \
@@ -30,7 +29,6 @@
     X(BindBufferBase, BINDBUFFERBASE)                                                              \
     X(BindBufferRange, BINDBUFFERRANGE)                                                            \
     X(BufferData, BUFFERDATA)                                                                      \
-    X(BufferStorage, BUFFERSTORAGE)                                                                \
     X(BufferSubData, BUFFERSUBDATA)                                                                \
     X(GetBufferSubData, GETBUFFERSUBDATA)                                                          \
     X(ClearBufferData, CLEARBUFFERDATA)                                                            \
@@ -88,7 +86,6 @@
     X(PixelStorei, PIXELSTOREI)                                                                    \
     X(Viewport, VIEWPORT)                                                                          \
     X(Scissor, SCISSOR)                                                                            \
-    X(ClipControl, CLIPCONTROL)                                                                    \
     X(DepthFunc, DEPTHFUNC)                                                                        \
     X(DepthMask, DEPTHMASK)                                                                        \
     X(DepthRange, DEPTHRANGE)                                                                      \
@@ -131,7 +128,9 @@ typedef struct btg_gl {
 #define BTG_GL_MEMBER(name, NAME) PFNGL##NAME##PROC name;
     BTG_GL(BTG_GL_MEMBER)
 #undef BTG_GL_MEMBER
-    /* GL_ARB_gl_spirv: a stub where the driver lacks it; ask btg_context_extension. */
+    /* OpenGL 4.5 or GL_ARB_robustness; elsewhere one that knows of no reset. */
+    PFNGLGETGRAPHICSRESETSTATUSARBPROC GetGraphicsResetStatus;
+    /* OpenGL 4.6 or GL_ARB_gl_spirv: a stub elsewhere; ask btg_context_spirv. */
     PFNGLSPECIALIZESHADERARBPROC SpecializeShaderARB;
 } btg_gl;
 

@@ -61,7 +61,7 @@ static btg_status make(void *library, const btg_allocator *allocator, void **mad
                                      OSMESA_CONTEXT_MAJOR_VERSION,
                                      4,
                                      OSMESA_CONTEXT_MINOR_VERSION,
-                                     5,
+                                     3,
                                      0};
     osmesa *o = btg_allocate(allocator, 1, sizeof *o);
     if (!o) return btg_fail(message, BTG_ERROR_MEMORY, "osmesa: out of memory");
@@ -78,7 +78,7 @@ static btg_status make(void *library, const btg_allocator *allocator, void **mad
     if (!o->context) {
         end(o);
         return btg_fail(message, BTG_ERROR_NO_DEVICE,
-                        "osmesa: no OpenGL 4.5 core context; a newer Mesa has it");
+                        "osmesa: no OpenGL 4.3 core context; a newer Mesa has it");
     }
     *made = o;
     return BTG_OK;

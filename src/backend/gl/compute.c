@@ -1,10 +1,13 @@
 #include "backend/gl/compute.h"
 #include "core/part.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "drop_gl_spv.h"
+#include "drop_glsl.h"
 #include "tilt_gl_spv.h"
+#include "tilt_glsl.h"
 
 /* A dispatch that takes longer hangs. */
 #define TIMEOUT_NS 60000000000u
@@ -15,21 +18,14 @@ static bool software(const btg_gl *gl) {
     return renderer && (strstr(renderer, "llvmpipe") || strstr(renderer, "softpipe"));
 }
 
-btg_status btg_gl_limits(const btg_context *context, btg_device_limits *limits,
-                         btg_message *message) {
+void btg_gl_limits(const btg_context *context, btg_device_limits *limits) {
     const btg_gl *gl = btg_context_gl(context);
-    if (!btg_context_extension(context, "GL_ARB_gl_spirv")) {
-        return btg_fail(message, BTG_ERROR_NO_DEVICE,
-                        "%.160s: no GL_ARB_gl_spirv, which compute needs; use a newer driver",
-                        btg_context_name(context));
-    }
     GLint groups = 0;
     GLint64 bytes = 0;
     gl->GetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &groups);
     gl->GetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &bytes);
     limits->groups = groups > 0 ? (uint32_t)groups : 0;
     limits->buffer_bytes = bytes > 0 ? (size_t)bytes : 0;
-    return BTG_OK;
 }
 
 /* ---- errors ------------------------------------------------------------------------------- */
@@ -83,16 +79,46 @@ static btg_status make_buffers(btg_gl_compute *c, const btg_scene *scene, uint32
 
 /* ---- programs ----------------------------------------------------------------------------- */
 
+/* A shader in both its forms. */
+typedef struct shader_code {
+    const uint32_t *binary;
+    size_t size; /* bytes */
+    const unsigned char *source;
+} shader_code;
+
+/* By btg_op. */
+static const shader_code codes[2] = {{drop_gl_spv, sizeof drop_gl_spv, drop_glsl},
+                                     {tilt_gl_spv, sizeof tilt_gl_spv, tilt_glsl}};
+
+static void compile_binary(const btg_gl *gl, GLuint shader, const shader_code *code, GLuint group) {
+    static const GLuint index = 0;
+    gl->ShaderBinary(1, &shader, GL_SHADER_BINARY_FORMAT_SPIR_V_ARB, code->binary,
+                     (GLsizei)code->size);
+    gl->SpecializeShaderARB(shader, "main", 1, &index, &group);
+}
+
+/* The source's first line is its version; what is chosen here comes after it. */
+static void compile_source(const btg_gl *gl, GLuint shader, const shader_code *code, GLuint group) {
+    const char *version = (const char *)code->source, *rest = strchr(version, '\n') + 1;
+    char chosen[40];
+    snprintf(chosen, sizeof chosen, "#define BTG_GROUP %u\n", (unsigned)group);
+    const GLchar *texts[3] = {version, chosen, rest};
+    const GLint lengths[3] = {(GLint)(rest - version), -1, -1};
+    gl->ShaderSource(shader, 3, texts, lengths);
+    gl->CompileShader(shader);
+}
+
 /* Links one shader; the shader's or the program's own words where it does not work. */
-static btg_status make_program(btg_gl_compute *c, btg_op op, const uint32_t *code, size_t size,
-                               btg_message *message) {
+static btg_status make_program(btg_gl_compute *c, btg_op op, btg_message *message) {
     const btg_gl *gl = c->gl;
-    GLuint index = 0, group = software(gl) ? BTG_GPU_GROUP_NARROW : BTG_GPU_GROUP_WIDE;
+    GLuint group = software(gl) ? BTG_GPU_GROUP_NARROW : BTG_GPU_GROUP_WIDE;
     GLuint shader = gl->CreateShader(GL_COMPUTE_SHADER);
     GLint done = 0;
     char log[LOG_SIZE] = "";
-    gl->ShaderBinary(1, &shader, GL_SHADER_BINARY_FORMAT_SPIR_V_ARB, code, (GLsizei)size);
-    gl->SpecializeShaderARB(shader, "main", 1, &index, &group);
+    if (btg_context_spirv(c->context))
+        compile_binary(gl, shader, &codes[op], group);
+    else
+        compile_source(gl, shader, &codes[op], group);
     gl->GetShaderiv(shader, GL_COMPILE_STATUS, &done);
     if (!done) gl->GetShaderInfoLog(shader, sizeof log, NULL, log);
     GLuint program = c->program[op] = gl->CreateProgram();
@@ -170,10 +196,8 @@ btg_status btg_gl_load(btg_gl_compute *c, const btg_scene *scene, uint32_t capac
                        btg_message *message) {
     c->gl = btg_context_gl(c->context);
     btg_status status = make_buffers(c, scene, capacity, bytes, message);
-    if (status == BTG_OK)
-        status = make_program(c, BTG_OP_DROP, drop_gl_spv, sizeof drop_gl_spv, message);
-    if (status == BTG_OK)
-        status = make_program(c, BTG_OP_TILT, tilt_gl_spv, sizeof tilt_gl_spv, message);
+    for (int op = 0; op < 2 && status == BTG_OK; op++)
+        status = make_program(c, (btg_op)op, message);
     for (int op = 0; op < 2 && status == BTG_OK; op++)
         status = warm_up(c, (btg_op)op, message);
     if (status != BTG_OK) btg_gl_unload(c);

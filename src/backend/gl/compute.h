@@ -21,9 +21,7 @@ typedef struct btg_gl_compute {
 
 /* All of these between enter and leave of the context. */
 
-/* What the context lacks for this work: ERROR_NO_DEVICE and a message. */
-btg_status btg_gl_limits(const btg_context *context, btg_device_limits *limits,
-                         btg_message *message);
+void btg_gl_limits(const btg_context *context, btg_device_limits *limits);
 /* As the btg_device_ops of those names; c->context is open. On error nothing is left. */
 btg_status btg_gl_load(btg_gl_compute *c, const btg_scene *scene, uint32_t capacity, size_t *bytes,
                        btg_message *message);

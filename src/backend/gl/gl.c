@@ -14,13 +14,14 @@ static btg_backend_state probe(char *device, size_t size) {
     btg_status status = btg_context_open(NULL, &allocator, &context, &message);
     if (status == BTG_OK) status = btg_context_enter(context);
     if (status == BTG_OK) {
-        status = btg_gl_limits(context, &limits, &message);
+        btg_gl_limits(context, &limits);
         btg_context_leave(context);
     }
     if (status == BTG_OK)
-        snprintf(device, size, "%.150s; by %s; %zu MB a buffer, %lu positions a dispatch",
-                 btg_context_name(context), btg_context_provider(context),
-                 limits.buffer_bytes >> 20, (unsigned long)limits.groups);
+        snprintf(
+            device, size, "%.150s; shaders as %s; by %s; %zu MB a buffer, %lu positions a dispatch",
+            btg_context_name(context), btg_context_spirv(context) ? "SPIR-V" : "GLSL",
+            btg_context_provider(context), limits.buffer_bytes >> 20, (unsigned long)limits.groups);
     else
         snprintf(device, size, "%s", message.text);
     btg_context_close(context);
@@ -72,9 +73,9 @@ static btg_status begin(state *s, const btg_gl_def *def, btg_device_limits *limi
     status = btg_context_enter(c->context);
     if (status != BTG_OK) return btg_fail(message, status, "gl: the context is refused");
     if (def->debug) listen(s, def->debug);
-    status = btg_gl_limits(c->context, limits, message);
+    btg_gl_limits(c->context, limits);
     btg_context_leave(c->context);
-    return status;
+    return BTG_OK;
 }
 
 static btg_status start(const btg_backend_setup *setup, const void *def, void **device,
