@@ -64,10 +64,15 @@
 
 /* From the Q of a spin so near the way uphill leads to that of another, as a rule. */
 #define GUESS_WITHIN (25 * DEGREE)
+/* Q foreseen by the model is no nearer to P and no farther from it, in parts of the Q it is
+ * foreseen from. */
+#define FORESEEN_LEAST 0.2
+#define FORESEEN_MOST  2.0
+/* So many guesses may be wrong before there are no more of them. */
+#define MISLED_MOST 2
 
 static double wrap(double angle) {
-    angle = remainder(angle, 2 * BTG_PI);
-    return angle;
+    return angle - 2 * BTG_PI * floor(angle / (2 * BTG_PI) + 0.5);
 }
 
 static double distance(double a, double b) {
@@ -109,13 +114,16 @@ static double off_across(const btg_solver_def *solver, btg_vec3 pq) {
     return across < 0 ? atan2(-along, -across) : atan2(along, across);
 }
 
-/* Q as a direction: its heading, and the turn from it at which |PQ| is `gap`. */
-static void set_model(btg_spin_sample *sample, const btg_tilt_query *unspun, btg_vec3 pq,
-                      double gap) {
+/* Q as a direction. */
+static double heading_of(const btg_tilt_query *unspun, btg_vec3 pq) {
     btg_vec3 n = unspun->p.normal, e = vec_cross(n, unspun->u), right = vec_cross(n, e);
-    sample->heading = atan2(vec_dot(pq, right), vec_dot(pq, e));
+    return atan2(vec_dot(pq, right), vec_dot(pq, e));
+}
+
+/* The turn from the heading at which |PQ| is `gap`. */
+static double half_of(const btg_spin_sample *sample, btg_vec3 pq, double gap) {
     double across = vec_norm(pq) / fmax(cos(sample->alpha - sample->heading), COS_MIN);
-    sample->half = acos(fmin(gap / across, 1));
+    return acos(fmin(gap / across, 1));
 }
 
 static void judge_widest(const btg_spin_search *s, const btg_tilt_query *query,
@@ -129,7 +137,7 @@ static void judge_widest(const btg_spin_search *s, const btg_tilt_query *query,
     sample->crest = found.crest_mm / strip.scallop_mm;
     btg_vec3 pq = vec_sub(tilt->contact.point, query->p.point);
     double stretch = sqrt(sqrt(CREST_AIM / sample->crest));
-    set_model(sample, &s->unspun, pq, vec_norm(pq) * stretch);
+    sample->half = half_of(sample, pq, vec_norm(pq) * stretch);
     /* no farther apart than the model has them at the most */
     stretch = fmin(stretch, 1 / fmax(cos(sample->alpha - sample->heading), COS_MIN));
     sample->could = found.span_mm + (stretch - 1) * found.apart_mm;
@@ -142,11 +150,12 @@ static btg_spin_sample judge(const btg_spin_search *s, const btg_tilt_query *que
     bool two = tilt->status == BTG_OK;
     btg_vec3 pq = vec_sub(tilt->contact.point, query->p.point);
     if (!two && tilt->status != BTG_OSCULATING) return sample;
+    if (two) sample.heading = heading_of(&s->unspun, pq);
     if (s->solver->spin == BTG_SPIN_WIDEST) {
         judge_widest(s, query, tilt, &sample);
     } else if (s->solver->spin == BTG_SPIN_GAP) {
         sample.value = (two ? vec_norm(pq) : 0) - s->solver->gap_mm;
-        if (two) set_model(&sample, &s->unspun, pq, s->solver->gap_mm);
+        if (two) sample.half = half_of(&sample, pq, s->solver->gap_mm);
     } else if (two) {
         sample.value = off_across(s->solver, pq);
     }
@@ -461,15 +470,36 @@ static bool next_widest(btg_spin_search *s, double *alpha) {
 
 /* ---- guesses ------------------------------------------------------------------------------ */
 
-/* The sample with a second contact nearest to a spin; NULL: none within `within`. */
-static const btg_spin_sample *nearest_q(const btg_spin_search *s, double alpha, double within) {
+/* The sample with a second contact nearest to a spin; NULL: none. */
+static const btg_spin_sample *nearest_q(const btg_spin_search *s, double alpha) {
     const btg_spin_sample *best = NULL;
     for (uint32_t i = 0; i < s->count; i++) {
         const btg_spin_sample *m = &s->sample[i];
-        if (!m->has_q || distance(m->alpha, alpha) > within) continue;
+        if (!m->has_q) continue;
         if (!best || distance(m->alpha, alpha) < distance(best->alpha, alpha)) best = m;
     }
     return best;
+}
+
+/* Where Q should be at a spin: in the direction it has from P at the spin nearest to that, as far
+ * as the model says. False: not known. */
+static bool foresee(const btg_spin_search *s, double alpha, btg_place *q) {
+    const btg_spin_sample *m = nearest_q(s, alpha);
+    btg_place p = s->unspun.p.place;
+    if (!m) {
+        *q = s->q;
+        return s->has_q;
+    }
+    *q = m->q;
+    if (m->q.item != p.item || p.item >= s->part->patch_count)
+        return distance(m->alpha, alpha) <= GUESS_WITHIN;
+    double here = cos(m->alpha - m->heading), there = cos(alpha - m->heading);
+    double way = fabs(there) / fmax(fabs(here), COS_MIN);
+    way = fmin(fmax(way, FORESEEN_LEAST), FORESEEN_MOST);
+    if ((here < 0) != (there < 0)) way = -way;
+    q->u = fmin(fmax(p.u + way * (m->q.u - p.u), 0), 1);
+    q->v = fmin(fmax(p.v + way * (m->q.v - p.v), 0), 1);
+    return true;
 }
 
 /* The sample at the very spin asked for. */
@@ -496,7 +526,7 @@ void btg_spin_begin(btg_spin_search *search, const btg_part *part, const btg_too
                                 .solver = solver,
                                 .unspun = *unspun,
                                 .local = isfinite(start),
-                                .start = isfinite(start) ? wrap(start) : 0,
+                                .start = isfinite(start) ? remainder(start, 2 * BTG_PI) : 0,
                                 .best_score = -INFINITY,
                                 .proven_score = -INFINITY};
     search->proven.status = BTG_ERROR_GOUGE;
@@ -531,12 +561,8 @@ bool btg_spin_next(btg_spin_search *search, btg_tilt_query *query) {
     search->asked = alpha;
     *query = search->unspun;
     btg_position_spin(alpha, query);
-    const btg_spin_sample *near = nearest_q(search, alpha, GUESS_WITHIN);
-    search->may_guess = near && !again && !search->misled;
-    if (near || search->has_q) {
-        query->has_start = 1;
-        query->start = near ? near->q : search->q;
-    }
+    query->has_start = foresee(search, alpha, &query->start);
+    search->may_guess = query->has_start && !again && search->misled < MISLED_MOST;
     return true;
 }
 
@@ -547,13 +573,12 @@ static void find_best(btg_spin_search *s) {
     s->best_score = best ? score(s, best->value) : -INFINITY;
 }
 
-/* One was wrong: the others are not to be trusted. */
+/* Too many were wrong: the others are not to be trusted with a root between them. */
 static void drop_guesses(btg_spin_search *s) {
     uint32_t kept = 0;
     for (uint32_t i = 0; i < s->count; i++)
         if (!s->sample[i].guessed) s->sample[kept++] = s->sample[i];
     s->count = kept;
-    s->misled = true;
 }
 
 void btg_spin_take(btg_spin_search *s, const btg_tilt_query *query, const btg_tilt_result *result,
@@ -567,14 +592,12 @@ void btg_spin_take(btg_spin_search *s, const btg_tilt_query *query, const btg_ti
     sample.q = result->contact.place;
     sample.guessed = guessed;
     sample.tilt = result->tilt_rad;
-    if (before && fabs(before->tilt - sample.tilt) > SAME_SPIN) {
-        drop_guesses(s);
-        before = NULL;
-    }
+    bool misled = before && fabs(before->tilt - sample.tilt) > SAME_SPIN;
     if (before)
         *before = sample;
     else
         s->sample[s->count++] = sample;
+    if (misled && ++s->misled == MISLED_MOST && s->solver->spin == BTG_SPIN_GAP) drop_guesses(s);
     find_best(s);
     if (guessed) return;
     double here = score(s, sample.value);

@@ -39,11 +39,11 @@ typedef struct btg_spin_search {
     double start, asked; /* spin to begin near; spin of the query out now */
     bool local;          /* begun from a neighbour's spin */
     uint32_t count, polishes;
-    bool any;       /* a sample has a score, the best of them is best_score */
-    bool may_guess; /* the query out now starts at the Q of a spin nearby */
-    bool redo;      /* that said nothing: the same query in full */
-    bool misled;    /* a guess was wrong: no more of them */
-    btg_place q;    /* near the first query's second contact, where has_q */
+    bool any;        /* a sample has a score, the best of them is best_score */
+    bool may_guess;  /* the query out now starts at the Q of a spin nearby */
+    bool redo;       /* that said nothing: the same query in full */
+    uint32_t misled; /* guesses that were wrong */
+    btg_place q;     /* near the first query's second contact, where has_q */
     bool has_q;
     double best_score;
     double proven_alpha, proven_score; /* of those that are not guessed */
