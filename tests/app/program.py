@@ -272,16 +272,36 @@ class Refusals(Case):
         self.assertIn("no device", path.stderr)
         self.assertEqual(run("path", self.part, "--quiet").returncode, 0)
 
-    def test_no_library(self):
-        """Where neither Vulkan nor OpenGL is installed: all else works, and what is missing is
-        named, with what to install."""
-        shim = os.path.join(os.path.dirname(PROGRAM), "tests", "app", "no_devices.so")
+    def elsewhere(self, shim, **variables):
+        """Runs the program as on another machine."""
+        shim = os.path.join(os.path.dirname(PROGRAM), "tests", "app", shim + ".so")
         if not os.path.exists(shim):
             self.skipTest("no device is built")
         # A sanitizer's library wants to be first; it need not.
         asan = os.environ.get("ASAN_OPTIONS", "") + ":verify_asan_link_order=0"
-        env = dict(os.environ, LD_PRELOAD=shim, ASAN_OPTIONS=asan)
-        run = lambda *a: subprocess.run([PROGRAM, *a], env=env, capture_output=True, text=True)
+        env = dict(os.environ, LD_PRELOAD=shim, ASAN_OPTIONS=asan, **variables)
+        return lambda *a: subprocess.run([PROGRAM, *a], env=env, capture_output=True, text=True)
+
+    def test_old_vulkan(self):
+        """Vulkan 1.1 is enough, in the loader and in the device: the same path. 1.0 is not."""
+        state = {b["name"]: b["state"] for b in json.loads(self.good("info", "--json"))["backends"]}
+        if state["vulkan"] != "ready":
+            self.skipTest("vulkan is " + state["vulkan"])
+        work = ("path", self.part, "--quiet", "--backend", "vulkan", "-o", "csv:-")
+        run = self.elsewhere("old_vulkan")
+        self.assertRegex(run("info").stdout, r"driver version [\d.]+; Vulkan 1\.1\.0;")
+        done = run(*work)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(done.stdout, self.good(*work))
+        for variable in ("BTG_TEST_LOADER", "BTG_TEST_DEVICE"):
+            done = self.elsewhere("old_vulkan", **{variable: "1.0"})(*work)
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stderr, r"^bitangent: back end 'vulkan' .*Vulkan 1\.1.*\n$")
+
+    def test_no_library(self):
+        """Where neither Vulkan nor OpenGL is installed: all else works, and what is missing is
+        named, with what to install."""
+        run = self.elsewhere("no_devices")
         info = run("info", "--json")
         self.assertEqual(info.returncode, 0)
         names = {"vulkan": ("libvulkan", "libvulkan1"), "gl": ("libOSMesa|libEGL", "libosmesa6|libegl1"),

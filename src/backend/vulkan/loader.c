@@ -141,14 +141,19 @@ static bool compute_queue(const btg_vulkan *vk, VkPhysicalDevice device, uint32_
     return false;
 }
 
+/* Drivers have names from Vulkan 1.2 on, versions always. */
 static void name_device(btg_vulkan *vk, const VkPhysicalDeviceProperties *p,
                         const VkPhysicalDeviceDriverProperties *driver) {
+    char version[40];
+    snprintf(version, sizeof version, "%u.%u.%u", VK_VERSION_MAJOR(p->driverVersion),
+             VK_VERSION_MINOR(p->driverVersion), VK_VERSION_PATCH(p->driverVersion));
+    bool named = driver->driverName[0] != '\0';
     snprintf(vk->name, sizeof vk->name,
              "%.64s; driver %.24s %.32s; Vulkan %u.%u.%u; %u MB a buffer, %u positions a dispatch",
-             p->deviceName, driver->driverName[0] ? driver->driverName : "version",
-             driver->driverInfo, VK_VERSION_MAJOR(p->apiVersion), VK_VERSION_MINOR(p->apiVersion),
-             VK_VERSION_PATCH(p->apiVersion), p->limits.maxStorageBufferRange >> 20,
-             p->limits.maxComputeWorkGroupCount[0]);
+             p->deviceName, named ? driver->driverName : "version",
+             named ? driver->driverInfo : version, VK_VERSION_MAJOR(p->apiVersion),
+             VK_VERSION_MINOR(p->apiVersion), VK_VERSION_PATCH(p->apiVersion),
+             p->limits.maxStorageBufferRange >> 20, p->limits.maxComputeWorkGroupCount[0]);
 }
 
 /* Takes the device when it is better than the one before. */
