@@ -276,7 +276,7 @@ static void leave_out(bench *b, const char *name, const char *why) {
     if (r->left_out_count == BENCH_LEFT_OUT_MAX) return;
     bench_left_out *l = &r->left_out[r->left_out_count++];
     snprintf(l->backend, sizeof l->backend, "%s", name);
-    snprintf(l->why, sizeof l->why, "%s", why);
+    snprintf(l->why, sizeof l->why, "%.*s", (int)sizeof l->why - 1, why);
 }
 
 btg_status bench_measure_backends(bench *b, bench_subject *s) {

@@ -63,18 +63,26 @@ static void load_extras(btg_context *c) {
     c->gl.SpecializeShaderARB = (PFNGLSPECIALIZESHADERARBPROC)f;
 }
 
+static const char *extension(const btg_context *c, GLint i) {
+    return (const char *)c->gl.GetStringi(GL_EXTENSIONS, (GLuint)i);
+}
+
 static bool read_extensions(btg_context *c) {
     GLint count = 0;
     size_t size = 2;
     c->gl.GetIntegerv(GL_NUM_EXTENSIONS, &count);
     for (GLint i = 0; i < count; i++)
-        size += strlen((const char *)c->gl.GetStringi(GL_EXTENSIONS, (GLuint)i)) + 1;
+        size += strlen(extension(c, i)) + 1;
     c->extensions = btg_allocate(&c->allocator, size, 1);
     if (!c->extensions) return false;
     char *at = c->extensions;
     *at++ = ' ';
-    for (GLint i = 0; i < count; i++)
-        at += sprintf(at, "%s ", (const char *)c->gl.GetStringi(GL_EXTENSIONS, (GLuint)i));
+    for (GLint i = 0; i < count; i++) {
+        size_t length = strlen(extension(c, i));
+        memcpy(at, extension(c, i), length);
+        at += length;
+        *at++ = ' ';
+    }
     *at = '\0';
     return true;
 }
