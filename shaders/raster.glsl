@@ -2,7 +2,21 @@
 #include "buffers.glsl"
 #include "tiles.h"
 #include "surface.glsl"
+
+/* The tool: known when the shader is made, so that nothing is looked up or branched over for what
+ * it has not. */
+layout(constant_id = 0) const float RING_RADIUS = 0;
+layout(constant_id = 1) const float CORNER_RADIUS = 0;
+layout(constant_id = 2) const uint HOLLOW = 0;
+layout(constant_id = 3) const uint ELEMENTS = 1;
+#define BTG_CUTTER   vec4(RING_RADIUS, CORNER_RADIUS, 0, 0)
+#define BTG_HOLLOW   (HOLLOW != 0)
+#define BTG_ELEMENTS ELEMENTS
 #include "ray.glsl"
+
+/* Depths: the value of 0, and what a value counts. */
+layout(constant_id = 4) const float VALUE_MOST = 0;
+layout(constant_id = 5) const float VALUE_SCALE = 1;
 
 BTG_BIND(std140, BTG_RASTER_PASS) uniform pass_block {
     btg_raster_pass pass;
@@ -48,10 +62,10 @@ void main() {
     btg_gpu_query q = frame_query();
 #ifdef BTG_TILT
     vec3 dp = s - q.p.xyz;
-    if (dot(dp, dp) - 2 * scene.element[0].y * dot(dp, q.n.xyz) < beat.z) discard;
+    if (dot(dp, dp) - 2 * CORNER_RADIUS * dot(dp, q.n.xyz) < beat.z) discard;
 #endif
     btg_ray_hit hit;
     if (!ray_cast(q, s, hit) || hit.value <= beat.x) discard;
-    gl_FragDepth = clamp((pass.scale.z - hit.value) * pass.scale.w, 0, 1);
+    gl_FragDepth = clamp((VALUE_MOST - hit.value) * VALUE_SCALE, 0, 1);
     place = uvec2(corner.z | hit.element << BTG_RASTER_ELEMENT, packSnorm2x16(within.xy + within.zw * st));
 }

@@ -1,6 +1,13 @@
 /* Vertical and circular rays against a cutter: core/ray.c in single precision, same names, same
  * order. Points are given from the query's origin. */
 
+/* The tool, for who knows it before the shader is made. */
+#ifndef BTG_CUTTER
+#define BTG_CUTTER   scene.element[0]
+#define BTG_HOLLOW   (scene.counts.w != 0)
+#define BTG_ELEMENTS scene.counts.z
+#endif
+
 const float PI = 3.14159265358979;
 
 /* Power of a point that is rounding, part of the squared minor radius: the coordinates have seven
@@ -18,7 +25,7 @@ float angle(float y, float x) {
     float ax = abs(x), ay = abs(y), low = min(ax, ay), high = max(ax, ay);
     if (high == 0) return 0;
     bool upper = low > 0.41421356 * high;
-    float z = upper ? (low - high) / (low + high) : low / high, z2 = z * z;
+    float z = (upper ? low - high : low) / (upper ? low + high : high), z2 = z * z;
     float a = ((8.05374449538e-2 * z2 - 1.38776856032e-1) * z2 + 1.99777106478e-1) * z2;
     a = (a - 3.33329491539e-1) * z2 * z + z;
     if (upper) a += 0.25 * PI;
@@ -40,12 +47,11 @@ bool profile_depth(vec4 e, bool hollow, float r, out float depth) {
 /* The value of a point, or of a ball an upper bound: the element offset by its radius. */
 bool cast_vertical(btg_gpu_query q, vec3 s, float radius, out btg_ray_hit hit) {
     float height = dot(s, q.w.xyz), r = length(s - q.w.xyz * height), depth;
-    bool found = profile_depth(scene.element[0] + vec4(0, radius, 0, 0), scene.counts.w != 0, r,
-                               depth);
+    bool found = profile_depth(BTG_CUTTER + vec4(0, radius, 0, 0), BTG_HOLLOW, r, depth);
     hit.value = height + depth;
     hit.element = 0;
     /* The cutter stands apart: what an index that varies picks from a uniform block is slow. */
-    for (uint i = 1; i < scene.counts.z; i++) {
+    for (uint i = 1; i < BTG_ELEMENTS; i++) {
         vec4 e = scene.element[i];
         e.y += radius;
         if (!profile_depth(e, false, r, depth)) continue;
@@ -68,6 +74,11 @@ float turn(circle c, float tv, float tw) {
     return angle(c.sv * tw - c.sw * tv, c.sv * tv + c.sw * tw);
 }
 
+/* turn(c, tv, tw) > INSIDE, without the angle. */
+bool turned(circle c, float tv, float tw) {
+    return c.sv * tw - c.sw * tv > max(INSIDE * (c.sv * tv + c.sw * tw), 0);
+}
+
 bool cast_torus(vec4 e, circle c, out float value) {
     float ro = e.x, ri = e.y;
     value = PI;
@@ -78,7 +89,7 @@ bool cast_torus(vec4 e, circle c, out float value) {
     tv = max(tv, -c.radius);
     float tw = sqrt((c.radius - tv) * (c.radius + tv)), beta = turn(c, tv, -tw);
     if (c.sw > 0) {
-        bool inside = turn(c, tv, tw) > INSIDE;
+        bool inside = turned(c, tv, tw);
         if (inside && beta > 0) beta -= 2 * PI;
         if (!inside && beta < 0) beta += 2 * PI;
     }
@@ -132,14 +143,14 @@ bool cast_cylinder(vec4 e, float major, circle c, out float value) {
 /* The circle's elements, offset by radius. */
 bool cast_elements(circle c, float radius, out btg_ray_hit hit) {
     float value;
-    vec4 cutter = scene.element[0] + vec4(0, radius, 0, 0);
+    vec4 cutter = BTG_CUTTER + vec4(0, radius, 0, 0);
     bool found = cast_torus(cutter, c, hit.value);
-    if (scene.counts.w == 0 && cast_flat(cutter, c, value)) {
+    if (!BTG_HOLLOW && cast_flat(cutter, c, value)) {
         if (!found || value > hit.value) hit.value = value;
         found = true;
     }
     hit.element = 0;
-    for (uint i = 1; i < scene.counts.z; i++) {
+    for (uint i = 1; i < BTG_ELEMENTS; i++) {
         vec4 e = scene.element[i] + vec4(radius, 0, -radius, radius);
         if (!cast_cylinder(e, cutter.x, c, value)) continue;
         if (found && value <= hit.value) continue;
@@ -167,13 +178,13 @@ bool cast_circular(btg_gpu_query q, vec3 s, out btg_ray_hit hit) {
     if (dp2 < q.p.w) return false;
     circle c = circle_of(q, s);
     /* d from P, not from O1: near P the difference of two squares would lose all digits. */
-    c.d = dp2 - 2 * scene.element[0].y * dot(dp, q.n.xyz);
+    c.d = dp2 - 2 * BTG_CUTTER.y * dot(dp, q.n.xyz);
     return cast_elements(c, 0, hit);
 }
 
 bool ball_circular(btg_gpu_query q, vec3 s, float radius, out float value) {
     circle c = circle_of(q, s);
-    float corner = scene.element[0].y + radius;
+    float corner = BTG_CUTTER.y + radius;
     c.d = c.su * c.su + c.radius * c.radius - corner * corner;
     value = PI;
     if (c.d <= INSIDE * corner * corner) return true; /* it reaches the insert's sphere */

@@ -31,7 +31,7 @@ BTG_GPU_STRUCT(btg_raster_tile) {
 
 BTG_GPU_STRUCT(btg_raster_pass) {
     BTG_GPU_UVEC4 size; /* pixels a tile's side, picks a tile, first piece as index of a cell */
-    BTG_GPU_VEC4 scale; /* 2 / atlas width, 2 / height; depth = (x - value) y */
+    BTG_GPU_VEC4 scale; /* 2 / atlas width, 2 / height */
     BTG_GPU_VEC4 band;  /* DROP: picks besides the best are within x / cos^2 of the insert's slope
                            there, at most y; z: radius of its middle, w: 1 / its own, or 0 */
 };

@@ -47,14 +47,16 @@ btg_status btg_raster_limits(const btg_context *context, size_t *buffer_bytes, u
 
 /* ---- programs ----------------------------------------------------------------------------- */
 
-/* `group`: lanes of a workgroup; 0: the shader has none. */
+#define CONSTANTS 6 /* of a shader, at the most */
+
+/* `constants`: for the specialization constants 0 to count - 1. */
 static GLuint make_shader(const btg_gl *gl, GLenum kind, const uint32_t *code, size_t size,
-                          GLuint group) {
-    static const GLuint index = 0;
+                          const GLuint *constants, GLuint count) {
+    static const GLuint index[CONSTANTS] = {0, 1, 2, 3, 4, 5};
     GLint compiled = GL_FALSE;
     GLuint shader = gl->CreateShader(kind);
     gl->ShaderBinary(1, &shader, GL_SHADER_BINARY_FORMAT_SPIR_V, code, (GLsizei)size);
-    gl->SpecializeShaderARB(shader, "main", group > 0, &index, &group);
+    gl->SpecializeShaderARB(shader, "main", count, index, constants);
     gl->GetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
     if (compiled) return shader;
     gl->DeleteShader(shader);
@@ -81,19 +83,40 @@ static GLuint link_program(const btg_gl *gl, const GLuint *shaders, int count) {
     return 0;
 }
 
-#define SHADER(kind, code, group) make_shader(gl, kind, code, sizeof code, group)
+#define SHADER(kind, code, constants, count)                                                       \
+    make_shader(gl, kind, code, sizeof code, constants, count)
 
-static bool make_programs(btg_raster *r, GLuint group) {
+static GLuint bits_of(float value) {
+    GLuint bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+/* The shader of pixels, made for this tool and these depths: raster.glsl says what is what. */
+static GLuint make_pixels(const btg_raster *r, btg_op op, const btg_gpu_scene *scene) {
     const btg_gl *gl = r->gl;
-    GLuint drop[2] = {SHADER(GL_VERTEX_SHADER, raster_vertex, 0), 0};
-    drop[1] = SHADER(GL_FRAGMENT_SHADER, raster_drop, 0);
-    r->program[BTG_OP_DROP] = link_program(gl, drop, 2);
-    GLuint tilt[2] = {SHADER(GL_VERTEX_SHADER, raster_vertex, 0), 0};
-    tilt[1] = SHADER(GL_FRAGMENT_SHADER, raster_tilt, 0);
-    r->program[BTG_OP_TILT] = link_program(gl, tilt, 2);
-    GLuint reduce = SHADER(GL_COMPUTE_SHADER, raster_reduce, group);
+    const btg_gpu_vec4 cutter = scene->element[0];
+    const btg_raster_depth depth = r->depths[op];
+    const GLuint constants[CONSTANTS] = {bits_of(cutter.x),   bits_of(cutter.y),
+                                         scene->counts.w,     scene->counts.z,
+                                         bits_of(depth.most), bits_of(depth.scale)};
+    if (op == BTG_OP_DROP) return SHADER(GL_FRAGMENT_SHADER, raster_drop, constants, CONSTANTS);
+    return SHADER(GL_FRAGMENT_SHADER, raster_tilt, constants, CONSTANTS);
+}
+
+/* `group`: lanes that look through a tile. */
+static bool make_programs(btg_raster *r, const btg_gpu_scene *scene, GLuint group) {
+    const btg_gl *gl = r->gl;
+    bool all = true;
+    for (int op = 0; op < 2; op++) {
+        GLuint draws[2] = {SHADER(GL_VERTEX_SHADER, raster_vertex, NULL, 0), 0};
+        draws[1] = make_pixels(r, (btg_op)op, scene);
+        r->program[op] = link_program(gl, draws, 2);
+        all = all && r->program[op];
+    }
+    GLuint reduce = SHADER(GL_COMPUTE_SHADER, raster_reduce, &group, 1);
     r->reduce = link_program(gl, &reduce, 1);
-    return r->program[BTG_OP_DROP] && r->program[BTG_OP_TILT] && r->reduce;
+    return all && r->reduce;
 }
 
 /* ---- buffers and atlas -------------------------------------------------------------------- */
@@ -193,10 +216,11 @@ static void set_state(const btg_raster *r) {
 }
 
 btg_status btg_raster_load(btg_raster *r, const btg_context *context, const btg_scene *scene,
-                           uint32_t side, uint32_t window, size_t *bytes, btg_message *message) {
+                           const btg_raster_depth depths[2], uint32_t side, uint32_t window,
+                           size_t *bytes, btg_message *message) {
     const btg_gl *gl = btg_context_gl(context);
-    *r = (btg_raster){.gl = gl, .side = side};
-    if (!make_programs(r, window > LARGE_TILE ? LANES_LARGE : LANES)) {
+    *r = (btg_raster){.gl = gl, .side = side, .depths = {depths[0], depths[1]}};
+    if (!make_programs(r, &scene->head, window > LARGE_TILE ? LANES_LARGE : LANES)) {
         return btg_fail(message, BTG_ERROR_DEVICE,
                         "osmesa: %.100s does not take the shaders; try another --backend",
                         btg_context_name(context));

@@ -133,8 +133,7 @@ static btg_raster_tile closer(const btg_raster_search *s, const btg_search_best 
 
 /* ---- passes ------------------------------------------------------------------------------- */
 
-/* Values from the lowest to the highest there can be, as depths from 1 to 0. */
-static void set_scale(const btg_raster_search *s, btg_op op, btg_raster_pass *pass) {
+btg_raster_depth btg_raster_search_depth(const btg_raster_search *s, btg_op op) {
     double low = -0.5 * BTG_PI, high = 0;
     if (op == BTG_OP_DROP) {
         btg_gpu_vec4 ball = s->scene.geometry[s->scene.head.level[s->scene.head.counts.y - 1].x];
@@ -144,8 +143,7 @@ static void set_scale(const btg_raster_search *s, btg_op op, btg_raster_pass *pa
         low = -far - from;
         high = far + s->tool.element[0].corner_radius_mm;
     }
-    pass->scale.z = (float)high;
-    pass->scale.w = (float)(1 / (high - low));
+    return (btg_raster_depth){(float)high, (float)(1 / (high - low))};
 }
 
 static btg_raster_pass make_pass(const btg_raster_search *s, btg_op op, uint32_t pixels,
@@ -153,13 +151,13 @@ static btg_raster_pass make_pass(const btg_raster_search *s, btg_op op, uint32_t
     btg_raster_pass pass = {.size = {pixels, 1, s->raster.first_piece, 0}};
     const btg_tool_element *e = &s->tool.element[0];
     double pixel = 2 * tool_radius(s) / pixels;
-    set_scale(s, op, &pass);
+    float scale = s->raster.depths[op].scale;
     pass.scale.x = pass.scale.y = (float)(2.0 / s->raster.side);
     if (coarse && s->options.levels == 2) pass.size.y = VALLEYS;
     if (op == BTG_OP_TILT) return pass;
-    pass.band.x = pass.band.y = (float)(0.25 * pixel) * pass.scale.w;
+    pass.band.x = pass.band.y = (float)(0.25 * pixel) * scale;
     if (e->corner_radius_mm > 0) {
-        pass.band.x = (float)(pixel * pixel / (4 * e->corner_radius_mm)) * pass.scale.w;
+        pass.band.x = (float)(pixel * pixel / (4 * e->corner_radius_mm)) * scale;
         pass.band.z = (float)e->ring_radius_mm;
         pass.band.w = (float)(1 / e->corner_radius_mm);
     }
@@ -169,10 +167,10 @@ static btg_raster_pass make_pass(const btg_raster_search *s, btg_op op, uint32_t
 /* TILT: what a valley may be deeper than its pixels show, as a turn. */
 static void set_bands(const btg_raster_search *s, btg_raster_shot *shot) {
     double size = cutter_size(s);
+    float scale = s->raster.depths[BTG_OP_TILT].scale;
     for (uint32_t i = 0; i < shot->count; i++) {
         double pixel = 2 * shot->tiles[i].window.z / shot->pass.size.x;
-        shot->tiles[i].leave.z =
-            (float)(pixel * pixel / (4 * size) / (BAND_LEVER * size)) * shot->pass.scale.w;
+        shot->tiles[i].leave.z = (float)(pixel * pixel / (4 * size) / (BAND_LEVER * size)) * scale;
     }
 }
 
@@ -368,11 +366,10 @@ static btg_status search_coarse(btg_raster_search *s, btg_op op, uint32_t pixels
 static btg_gpu_winner winner_of(const btg_raster_search *s, btg_op op, const btg_search_best *b) {
     btg_gpu_winner w = {0};
     if (!b->found) return w;
-    btg_raster_pass pass;
-    set_scale(s, op, &pass);
+    const btg_raster_depth depth = s->raster.depths[op];
     btg_view_place at = btg_view_unpack(&s->scene, b->cell, b->place);
     w.found = 1;
-    w.value = pass.scale.z - b->depth / pass.scale.w;
+    w.value = depth.most - b->depth / depth.scale;
     w.u = (float)at.u;
     w.v = (float)at.v;
     w.item = at.item;
