@@ -37,6 +37,9 @@ layout(location = 11) flat in vec4 within;
 layout(location = 12) flat in vec4 slope;
 layout(location = 0) out uvec2 place;
 
+/* Of s and t, for rounding at the edges of cells. */
+const float SLACK = 1e-3;
+
 /* A query in its own frame. */
 btg_gpu_query frame_query() {
     btg_gpu_query q;
@@ -54,7 +57,9 @@ void main() {
     float size = float(pass.size.x);
     if (any(lessThan(pixel, vec2(0))) || any(greaterThan(pixel, vec2(size)))) discard;
     vec2 d = pixel - start.xy;
-    vec2 st = clamp(start.zw + slope.xy * d.x + slope.zw * d.y, -1, 1);
+    vec2 st = start.zw + slope.xy * d.x + slope.zw * d.y;
+    if (any(greaterThan(abs(st), vec2(1 + SLACK)))) discard;
+    st = clamp(st, -1, 1);
     if (side.x < dot(side.yz, st)) discard;
     btg_surface_point c =
         btg_surface_point(cell_s, cell_su, cell_sv, cell_suu, cell_suv, cell_svv);

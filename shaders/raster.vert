@@ -55,14 +55,43 @@ vec2 pixel_of(uint k, btg_raster_tile tile) {
     return round((0.5 + 0.5 * x) * float(pass.size.x) * GRID) / GRID;
 }
 
-/* s and t over the triangle of the corners a, b, and k, which carries what is flat. */
-void set_slope(uint k, vec2 at, vec2 to_a, vec2 to_b, vec2 st_a, vec2 st_b) {
-    float area = to_a.x * to_b.y - to_a.y * to_b.x;
-    start = vec4(at, st_of(k));
+/* s and t by column and row, where they change by st_a over a and by st_b over b. */
+void set_slope(vec2 a, vec2 b, vec2 st_a, vec2 st_b) {
+    float area = a.x * b.y - a.y * b.x;
     slope = vec4(0);
     if (area == 0) return;
-    slope.xy = (st_a * to_b.y - st_b * to_a.y) / area;
-    slope.zw = (st_b * to_a.x - st_a * to_b.x) / area;
+    slope.xy = (st_a * b.y - st_b * a.y) / area;
+    slope.zw = (st_b * a.x - st_a * b.x) / area;
+}
+
+/* Corner k of the tile's pixels within half_side of a place, and how many there are. */
+vec2 box_corner(uint k, vec2 middle, vec2 half_side, out float area) {
+    vec2 least = clamp(floor(middle - half_side), 0, pass.size.x),
+         most = clamp(ceil(middle + half_side), 0, pass.size.x);
+    area = (most.x - least.x) * (most.y - least.y);
+    return mix(least, most, 0.5 + 0.5 * st_of(k));
+}
+
+/* Two triangles, 0 1 2 and 2 1 3: of the cell's corners; or, where much of them would fall beside
+ * the tile, of its pixels about the cell. s and t are then as they change at the cell's middle: that
+ * a point is shown beside its pixel takes nothing from what it tells. */
+vec2 corner_of(uint k, btg_raster_tile tile) {
+    vec2 c[4];
+    for (uint i = 0u; i < 4u; i++)
+        c[i] = pixel_of(i, tile);
+    vec2 middle = 0.25 * (c[0] + c[1] + c[2] + c[3]), a = 0.25 * (c[2] + c[3] - c[0] - c[1]),
+         b = 0.25 * (c[1] + c[3] - c[0] - c[2]);
+    float area;
+    vec2 at = box_corner(k, middle, abs(a) + abs(b), area);
+    if (area < 4 * abs(a.x * b.y - a.y * b.x)) {
+        start = vec4(middle, 0, 0);
+        set_slope(a, b, vec2(1, 0), vec2(0, 1));
+        return at;
+    }
+    uint other = k == 2u ? 0u : 2u;
+    start = vec4(c[k], st_of(k));
+    set_slope(c[1] - c[k], c[other] - c[k], st_of(1u) - st_of(k), st_of(other) - st_of(k));
+    return c[k];
 }
 
 void main() {
@@ -97,9 +126,7 @@ void main() {
         within.zw = vec2(suu.w, suv.w) / h;
     }
 
-    /* Two triangles: 0 1 2, 2 1 3. */
-    uint k = index & 3u, other = k == 2u ? 0u : 2u;
-    vec2 at = pixel_of(k, tile), a = pixel_of(1u, tile), b = pixel_of(other, tile);
-    set_slope(k, at, a - at, b - at, st_of(1u) - st_of(k), st_of(other) - st_of(k));
+    uint k = index & 3u;
+    vec2 at = corner_of(k, tile);
     gl_Position = vec4((vec2(tile.at.zw) + at) * pass.scale.xy - 1, 0, 1);
 }

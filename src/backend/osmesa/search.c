@@ -20,7 +20,7 @@
 #define P_RADIUS 0.02
 #define P_POWER  6e-4
 /* Cells larger than that part of half a window are cut, in so many along each side at the most. */
-#define PIECE    0.7
+#define PIECE    2
 #define CUTS_MAX 64
 /* Coarse pixels' worth of height, as an angle at that many sizes of the cutter from O1. */
 #define BAND_LEVER 0.5
