@@ -37,6 +37,16 @@ ivec2 pixel_at(uint i) {
     return ivec2(i % uint(size), i / uint(size));
 }
 
+uint index_of(ivec2 p) {
+    return uint(p.y * size + p.x);
+}
+
+/* A lane's next pixel, without a division. */
+ivec2 next(ivec2 p, ivec2 stride) {
+    p += stride;
+    return p.x < size ? p : ivec2(p.x - size, p.y + 1);
+}
+
 float depth_at(ivec2 p) {
     return texelFetch(depths, first + p, 0).x;
 }
@@ -70,11 +80,12 @@ float find_best() {
         count = 0;
     }
     barrier();
-    for (uint i = lane; i < uint(size * size); i += gl_WorkGroupSize.x) {
-        float depth = depth_at(pixel_at(i));
+    ivec2 p = pixel_at(lane), stride = pixel_at(gl_WorkGroupSize.x);
+    for (; p.y < size; p = next(p, stride)) {
+        float depth = depth_at(p);
         if (depth >= mine) continue;
         mine = depth;
-        at = i;
+        at = index_of(p);
     }
     if (at != NONE) atomicMin(best_depth, floatBitsToUint(mine));
     barrier();
@@ -85,13 +96,13 @@ float find_best() {
 
 void find_valleys(float least, vec4 window, float width) {
     float most = least + max(width, pass.band.y);
-    for (uint i = gl_LocalInvocationIndex; i < uint(size * size); i += gl_WorkGroupSize.x) {
-        ivec2 p = pixel_at(i);
+    ivec2 p = pixel_at(gl_LocalInvocationIndex), stride = pixel_at(gl_WorkGroupSize.x);
+    for (; p.y < size; p = next(p, stride)) {
         float depth = depth_at(p);
         if (depth > most || depth >= NOTHING) continue;
         if (depth > least + (width > 0 ? width : band(p, window)) || !valley(p, depth)) continue;
         uint n = atomicAdd(count, 1);
-        if (n < VALLEYS) valleys[n] = i;
+        if (n < VALLEYS) valleys[n] = index_of(p);
     }
     barrier();
 }
