@@ -10,6 +10,8 @@
 
 /* Errors a smaller part of their bounds than that say that the model is of no use. */
 #define LOOSE 0.1
+/* Any window of one level tells whether bounds hold; wider ones only take longer. */
+#define MODEL_MAX 160
 /* Two levels: a window that misses the valley is made that much wider, up to so many pixels. */
 #define WIDEN     1.25
 #define WIDEN_MAX 256
@@ -110,14 +112,15 @@ static bool taken_holds(const plan *p) {
  * measured keeps the share. */
 static btg_status settle(const path_options *o, const btg_part *part, const btg_tool *tool, plan *p,
                          btg_message *message) {
-    btg_status status = plan_measure(part, tool, &o->solver, &p->one, &p->model, message);
+    plan_way one = p->one.window > MODEL_MAX ? plan_way_of(tool, p, MODEL_MAX, 1) : p->one;
+    btg_status status = plan_measure(part, tool, &o->solver, p, &one, &p->model, message);
     p->taken = *cheaper(p);
     while (status == BTG_OK) {
-        status = plan_measure(part, tool, &o->solver, &p->taken, &p->check, message);
+        status = plan_measure(part, tool, &o->solver, p, &p->taken, &p->check, message);
         bool wide = p->taken.levels == 1 || p->taken.window >= WIDEN_MAX;
         if (status != BTG_OK || taken_holds(p) || wide) break;
         uint32_t window = (uint32_t)ceil(p->taken.window * WIDEN);
-        p->taken = plan_way_of(tool, p->contact_mm, window, 2);
+        p->taken = plan_way_of(tool, p, window, 2);
     }
     return status;
 }
@@ -139,6 +142,9 @@ static void print_plan(const plan *p, const path_options *o, FILE *file) {
     fprintf(file,
             "tolerance   %.4g mm: pixels %.4g, facets of the tool %.4g, of the part %.4g mm\n",
             o->solver.tolerance_mm, p->pixel_share_mm, p->tool_share_mm, p->part_share_mm);
+    if (p->rounding_mm > 0)
+        fprintf(file, "rounding    %.2g mm of the pixels': depth images are in single precision\n",
+                p->rounding_mm);
     print_way(file, "one level", &p->one);
     print_way(file, "two levels", &p->two);
     fprintf(file, "take        --method depth --levels %d --window %u%s\n", p->taken.levels,
@@ -185,6 +191,7 @@ static void print_json(const plan *p, const path_options *o, const curve *c, btg
     btg_json_number(&json, "tolerance_mm", o->solver.tolerance_mm);
     btg_json_number(&json, "slope_deg", p->part.slope_rad * (180 / BTG_PI));
     btg_json_number(&json, "radius_mm", p->part.radius_mm);
+    btg_json_number(&json, "rounding_mm", p->rounding_mm);
     json_way(&json, "one_level", &p->one);
     json_way(&json, "two_levels", &p->two);
     json_way(&json, "taken", &p->taken);
@@ -217,7 +224,7 @@ static void trade(const btg_tool *tool, const plan *p, curve *c) {
         for (int i = 0; i < CURVE; i++) {
             double most = levels == 1 ? 512 : 24; /* times 8 pixels */
             uint32_t window = (uint32_t)(8 * pow(most, (double)i / (CURVE - 1)) + 0.5);
-            plan_way w = plan_way_of(tool, p->contact_mm, window, levels);
+            plan_way w = plan_way_of(tool, p, window, levels);
             c->way[levels - 1][i] = w;
             c->x[levels - 1][i] = log10(w.pixels);
             c->y[levels - 1][i] = log10(w.bound_mm);
@@ -255,11 +262,14 @@ int app_plan(int count, char **list) {
     if (status == BTG_OK) status = btg_gltf_load(w.path.part, &w.path.gltf, &part, &message);
     if (status != BTG_OK) return app_complain(app_code(status), "%s", message.text);
     plan_part look = plan_look(part);
-    plan_make(&tool, &look, w.path.solver.tolerance_mm, &p);
-    trade(&tool, &p, &c);
-    status = settle(&w.path, part, &tool, &p, &message);
+    status = plan_make(&tool, &look, w.path.solver.tolerance_mm, &p, &message);
+    if (status == BTG_OK) {
+        trade(&tool, &p, &c);
+        status = settle(&w.path, part, &tool, &p, &message);
+    }
     if (status == BTG_OK && w.picture) status = draw(&p, &w.path, &c, w.picture, &message);
     btg_part_destroy(part);
+    if (status == BTG_ERROR_ARGUMENT) return app_complain(APP_UNUSABLE, "%s", message.text);
     if (status != BTG_OK) return app_complain(APP_FAILED, "%s", message.text);
     btg_output out = btg_output_borrow(stdout);
     if (w.path.json)

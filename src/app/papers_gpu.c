@@ -195,7 +195,7 @@ static btg_status pixel_errors(papers *p) {
         for (int i = 0; i < PLACES && status == BTG_OK; i++) {
             c->at[i] = 0.985 * ri * (i + 1) / PLACES;
             status = measure(p, asin(c->at[i] / ri), window[w], &c->measured[w][i]);
-            double all = btg_pixel_bound(t->major_radius_mm, ri, c->at[i], pitch);
+            double all = btg_pixel_bound(t->major_radius_mm, ri, c->at[i], pitch, 0);
             least = fmin(least, all / c->measured[w][i]);
             most = fmax(most, all / c->measured[w][i]);
         }

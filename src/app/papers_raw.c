@@ -15,8 +15,7 @@ static const char table[] = "GPU section 7: error of depth images by their windo
 #define COUNT       (SIDE * SIDE)
 #define SIZES       5
 #define QUICK_SIZES 2
-/* Rounding of a depth, a pixel and a point in single precision: parts of the part's size. */
-#define ROUNDING_MM (3e-7 * 150)
+#define ROUNDING_MM (PLAN_ROUNDING * 150)
 
 static const uint32_t window[2][SIZES] = {{40, 80, 160, 320, 625}, {12, 20, 30, 50, 80}};
 

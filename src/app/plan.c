@@ -18,6 +18,10 @@
 /* Pixels take half of the tolerance, facets of tool and part a quarter each: time is flat there. */
 #define PIXEL_SHARE 0.5
 #define FACET_SHARE 0.25
+/* Of the pixels' share; where rounding takes more, finer pixels help little. */
+#define MOST_ROUNDING 0.5
+/* The back end that draws depth images, in single precision. */
+#define RASTER "osmesa"
 /* Back ends take no smaller and no larger windows. */
 #define WINDOW_MIN 8
 #define WINDOW_MAX 4096
@@ -31,19 +35,30 @@
 
 /* ---- the part ----------------------------------------------------------------------------- */
 
-/* Largest principal curvature at a place: eigenvalues of the second form in the first. */
-static double curvature_at(const btg_surface_point *f, btg_vec3 n) {
+/* Principal curvatures at a place, eigenvalues of the second form in the first: the greatest either
+ * way, and the greatest away from the side the tool comes from. */
+static double curvature_at(const btg_surface_point *f, btg_vec3 n, double *bulge) {
     double e = vec_norm2(f->su), m = vec_dot(f->su, f->sv), g = vec_norm2(f->sv);
     double l = vec_dot(f->suu, n), o = vec_dot(f->suv, n), q = vec_dot(f->svv, n);
     double det = e * g - m * m;
     double mean = 0.5 * (e * q - 2 * m * o + g * l) / det, gauss = (l * q - o * o) / det;
-    return fabs(mean) + sqrt(fmax(mean * mean - gauss, 0));
+    double spread = sqrt(fmax(mean * mean - gauss, 0));
+    *bulge = fmax(spread - (n.z < 0 ? -mean : mean), 0);
+    return fabs(mean) + spread;
 }
 
 double plan_curvature(const btg_part *part, btg_place place) {
     btg_surface_point f;
+    double bulge;
     btg_part_point(part, place, &f);
-    return curvature_at(&f, vec_unit(vec_cross(f.su, f.sv)));
+    return curvature_at(&f, vec_unit(vec_cross(f.su, f.sv)), &bulge);
+}
+
+static double bulge_at(const btg_part *part, btg_place place) {
+    btg_surface_point f;
+    double bulge;
+    btg_part_point(part, place, &f);
+    return isfinite(curvature_at(&f, vec_unit(vec_cross(f.su, f.sv)), &bulge)) ? bulge : 0;
 }
 
 static void look_at(const btg_part *part, btg_place place, plan_part *out, double *most) {
@@ -52,9 +67,14 @@ static void look_at(const btg_part *part, btg_place place, plan_part *out, doubl
     btg_vec3 n = vec_cross(f.su, f.sv);
     if (!(vec_norm2(n) > 0)) return;
     n = vec_unit(n);
-    out->slope_rad = fmax(out->slope_rad, atan2(norm2(n.x, n.y), fabs(n.z)));
-    double k = curvature_at(&f, n);
-    if (isfinite(k)) *most = fmax(*most, k);
+    double bulge, k = curvature_at(&f, n, &bulge);
+    double slope = atan2(norm2(n.x, n.y), fabs(n.z));
+    plan_ground *ground = &out->ground[(int)fmin(PLAN_GROUNDS * sin(slope), PLAN_GROUNDS - 1)];
+    out->slope_rad = fmax(out->slope_rad, slope);
+    ground->sine = fmax(ground->sine, sin(fmin(slope + STEEPER, BTG_PI / 2)));
+    if (!isfinite(k)) return;
+    *most = fmax(*most, k);
+    ground->bulge = fmax(ground->bulge, ROUNDER * bulge);
 }
 
 plan_part plan_look(const btg_part *part) {
@@ -62,8 +82,9 @@ plan_part plan_look(const btg_part *part) {
     plan_part out = {0};
     double most = 0;
     btg_part_get_info(part, &info);
-    out.size_mm[0] = info.box_max.x - info.box_min.x;
-    out.size_mm[1] = info.box_max.y - info.box_min.y;
+    out.side_mm[0] = info.box_max.x - info.box_min.x;
+    out.side_mm[1] = info.box_max.y - info.box_min.y;
+    out.size_mm = fmax(fmax(out.side_mm[0], out.side_mm[1]), info.box_max.z - info.box_min.z);
     out.triangles = info.triangle_count > 0;
     for (uint32_t i = 0; i < part->patch_count; i++)
         for (int k = 0; k < SAMPLES * SAMPLES; k++) {
@@ -80,26 +101,44 @@ plan_part plan_look(const btg_part *part) {
 
 /* ---- the plan ----------------------------------------------------------------------------- */
 
+static bool is_ready(const char *name) {
+    for (size_t i = 0; i < btg_backend_count(); i++) {
+        btg_backend_info info;
+        if (btg_backend_get_info(i, &info) == BTG_OK && strcmp(info.name, name) == 0)
+            return info.state == BTG_BACKEND_READY;
+    }
+    return false;
+}
+
 static double width_of(const btg_tool *tool) {
     return 2 * (tool->def.major_radius_mm + tool->def.minor_radius_mm);
 }
 
-plan_way plan_way_of(const btg_tool *tool, double contact_mm, uint32_t window, int levels) {
+plan_way plan_way_of(const btg_tool *tool, const plan *p, uint32_t window, int levels) {
     plan_way way = {.levels = levels, .window = window};
     double n = window;
     way.pitch_mm = levels == 1 ? width_of(tool) / n : 2 * width_of(tool) / (n * n);
-    way.bound_mm = btg_pixel_bound(tool->def.major_radius_mm, tool->def.minor_radius_mm, contact_mm,
-                                   way.pitch_mm);
+    for (int i = 0; i < PLAN_GROUNDS; i++) {
+        const plan_ground *g = &p->part.ground[i];
+        double ro = tool->def.major_radius_mm, ri = tool->def.minor_radius_mm;
+        double bound = btg_pixel_bound(ro, ri, ri * g->sine, way.pitch_mm, g->bulge);
+        way.bound_mm = fmax(way.bound_mm, bound + p->rounding_mm);
+    }
     way.pixels = levels * n * n;
     return way;
 }
 
-plan_way plan_window(const btg_tool *tool, double contact_mm, double error_mm, int levels) {
-    double pitch =
-        btg_pixel_pitch(tool->def.major_radius_mm, tool->def.minor_radius_mm, contact_mm, error_mm);
+/* The window whose bound is the pixels' share. */
+static plan_way window_of(const btg_tool *tool, const plan *p, int levels) {
+    double pitch = INFINITY, ro = tool->def.major_radius_mm, ri = tool->def.minor_radius_mm;
+    for (int i = 0; i < PLAN_GROUNDS; i++) {
+        const plan_ground *g = &p->part.ground[i];
+        pitch = fmin(pitch, btg_pixel_pitch(ro, ri, ri * g->sine, g->bulge,
+                                            p->pixel_share_mm - p->rounding_mm));
+    }
     double n = levels == 1 ? width_of(tool) / pitch : sqrt(2 * width_of(tool) / pitch);
     n = fmin(fmax(ceil(n), WINDOW_MIN), 1e9);
-    return plan_way_of(tool, contact_mm, (uint32_t)n, levels);
+    return plan_way_of(tool, p, (uint32_t)n, levels);
 }
 
 static plan_facets around(double radius, double error, double times) {
@@ -109,33 +148,33 @@ static plan_facets around(double radius, double error, double times) {
     return f;
 }
 
-void plan_make(const btg_tool *tool, const plan_part *part, double tolerance_mm, plan *out) {
+btg_status plan_make(const btg_tool *tool, const plan_part *part, double tolerance_mm, plan *out,
+                     btg_message *message) {
     double ro = tool->def.major_radius_mm, ri = tool->def.minor_radius_mm;
     *out = (plan){.part = *part};
-    out->contact_mm = ri * sin(part->slope_rad);
     out->pixel_share_mm = PIXEL_SHARE * tolerance_mm;
     out->tool_share_mm = out->part_share_mm = FACET_SHARE * tolerance_mm;
-    out->one = plan_window(tool, out->contact_mm, out->pixel_share_mm, 1);
-    out->two = plan_window(tool, out->contact_mm, out->pixel_share_mm, 2);
+    if (is_ready(RASTER)) out->rounding_mm = PLAN_ROUNDING * part->size_mm;
+    if (out->rounding_mm > MOST_ROUNDING * out->pixel_share_mm) {
+        return btg_fail(message, BTG_ERROR_ARGUMENT,
+                        "--tolerance: %.3g mm; depth images round by %.2g mm on a part of that "
+                        "size: ask for %.2g or more, or position without them ('--method vcrf')",
+                        tolerance_mm, out->rounding_mm,
+                        out->rounding_mm / (MOST_ROUNDING * PIXEL_SHARE));
+    }
+    out->one = window_of(tool, out, 1);
+    out->two = window_of(tool, out, 2);
     out->insert = around(ri, out->tool_share_mm, 1);
     out->rim = around(ro + ri, out->tool_share_mm, out->insert.count);
     out->surface.length_mm = btg_facet_length(part->radius_mm, out->part_share_mm);
-    double a = ceil(part->size_mm[0] / out->surface.length_mm);
-    double b = ceil(part->size_mm[1] / out->surface.length_mm);
+    double a = ceil(part->side_mm[0] / out->surface.length_mm);
+    double b = ceil(part->side_mm[1] / out->surface.length_mm);
     out->surface.count = fmax(a, 1);
     out->surface.triangles = 2 * fmax(a, 1) * fmax(b, 1);
+    return BTG_OK;
 }
 
 /* ---- the check ---------------------------------------------------------------------------- */
-
-static bool is_ready(const char *name) {
-    for (size_t i = 0; i < btg_backend_count(); i++) {
-        btg_backend_info info;
-        if (btg_backend_get_info(i, &info) == BTG_OK && strcmp(info.name, name) == 0)
-            return info.state == BTG_BACKEND_READY;
-    }
-    return false;
-}
 
 /* A contact away from the edges of its surface, where the model holds. */
 static bool smooth(const btg_drop_result *drop) {
@@ -163,14 +202,17 @@ static size_t exact_drops(const btg_part *part, const btg_tool *tool, const btg_
 }
 
 /* How deep the tool is in the part along the normal: the height that is lacking, leaned. */
-static void compare(const btg_tool *tool, const plan_way *way, const btg_drop_result *exact,
-                    const btg_drop_result *sampled, plan_check *check) {
+static void compare(const btg_part *part, const btg_tool *tool, const plan *p, const plan_way *way,
+                    const btg_drop_result *exact, const btg_drop_result *sampled,
+                    plan_check *check) {
     double ro = tool->def.major_radius_mm, ri = tool->def.minor_radius_mm;
     check->measured_mm = check->share = 0;
     for (size_t i = 0; i < check->places; i++) {
         double rise = fmin(fabs(exact[i].contact.normal.z), 1);
         double deep = (exact[i].height_mm - sampled[i].height_mm) * rise;
-        double bound = btg_pixel_bound(ro, ri, ri * sqrt(1 - rise * rise), way->pitch_mm);
+        double bound = btg_pixel_bound(ro, ri, ri * sqrt(1 - rise * rise), way->pitch_mm,
+                                       bulge_at(part, exact[i].contact.place)) +
+                       p->rounding_mm;
         if (sampled[i].status != BTG_OK) continue;
         check->measured_mm = fmax(check->measured_mm, deep);
         check->share = fmax(check->share, deep / bound);
@@ -193,15 +235,16 @@ static btg_status time_positions(btg_method *m, const btg_drop_query *queries, s
 }
 
 btg_status plan_measure(const btg_part *part, const btg_tool *tool, const btg_solver_def *solver,
-                        const plan_way *way, plan_check *check, btg_message *message) {
+                        const plan *p, const plan_way *way, plan_check *check,
+                        btg_message *message) {
     btg_drop_query *queries = malloc(CHECK_PLACES * sizeof *queries);
     btg_drop_result *exact = malloc(2 * CHECK_PLACES * sizeof *exact);
     btg_method_def def = btg_method_def_default();
     btg_method *m = NULL;
-    bool raster = is_ready("osmesa");
+    bool raster = p->rounding_mm > 0;
     *check = (plan_check){.measured_mm = NAN, .share = NAN, .seconds = NAN};
     def.name = "depth";
-    def.backend.name = raster ? "osmesa" : "cpu";
+    def.backend.name = raster ? RASTER : "cpu";
     def.backend.raw = raster;
     def.window = way->window;
     def.levels = way->levels;
@@ -213,7 +256,7 @@ btg_status plan_measure(const btg_part *part, const btg_tool *tool, const btg_so
         check->places = exact_drops(part, tool, solver, (size_t)most, queries, exact);
         btg_drop_result *sampled = exact + CHECK_PLACES;
         status = btg_backend_drop(btg_method_front(m), queries, check->places, sampled, NULL);
-        if (status >= 0) compare(tool, way, exact, sampled, check);
+        if (status >= 0) compare(part, tool, p, way, exact, sampled, check);
         if (status >= 0) status = time_positions(m, queries, check->places, &check->seconds);
         check->backend = def.backend.name;
     }

@@ -19,18 +19,21 @@ double btg_pixel_error_around(double major_radius, double minor_radius, double x
     return pitch * pitch / 8 * (x / minor_radius) / (major_radius + x);
 }
 
-double btg_pixel_bound(double major_radius, double minor_radius, double x, double pitch) {
+double btg_pixel_bound(double major_radius, double minor_radius, double x, double pitch,
+                       double bulge) {
     /* Pixels are that far apart across their corners, and the contact may be at either end. */
     double apart = sqrt(2) * pitch, far = fmin(x + apart, minor_radius);
-    return btg_pixel_error(minor_radius, far, apart) +
+    /* Curvatures of insert and part add where these turn away from each other. */
+    return btg_pixel_error(minor_radius, far, apart) * (1 + bulge * minor_radius) +
            btg_pixel_error_around(major_radius, minor_radius, far, apart);
 }
 
-double btg_pixel_pitch(double major_radius, double minor_radius, double x, double error) {
+double btg_pixel_pitch(double major_radius, double minor_radius, double x, double bulge,
+                       double error) {
     double fine = 0, coarse = minor_radius;
     for (int k = 0; k < HALVINGS; k++) {
         double middle = 0.5 * (fine + coarse);
-        if (btg_pixel_bound(major_radius, minor_radius, x, middle) <= error)
+        if (btg_pixel_bound(major_radius, minor_radius, x, middle, bulge) <= error)
             fine = middle;
         else
             coarse = middle;

@@ -12,11 +12,15 @@ double btg_pixel_error(double minor_radius, double x, double pitch);
 /* The same for the tool's roundness about its axis, which the paper leaves out. */
 double btg_pixel_error_around(double major_radius, double minor_radius, double x, double pitch);
 
-/* Both, wherever the contact lies between pixels, and however these are turned to the insert. */
-double btg_pixel_bound(double major_radius, double minor_radius, double x, double pitch);
+/* Both, wherever the contact lies between pixels, and however these are turned to the insert, on a
+ * part that is round too: `bulge`, 1/mm, is its greatest curvature away from the tool, 0 where it
+ * curves to the tool. The paper's parts are flat. */
+double btg_pixel_bound(double major_radius, double minor_radius, double x, double pitch,
+                       double bulge);
 
 /* The widest pixels, window of the tool's width, whose bound is at most `error`. */
-double btg_pixel_pitch(double major_radius, double minor_radius, double x, double error);
+double btg_pixel_pitch(double major_radius, double minor_radius, double x, double bulge,
+                       double error);
 
 /* Sides of facets whose sagitta is at most `error` on a circle. */
 double btg_facet_length(double radius, double error);

@@ -16,6 +16,7 @@ import unittest
 PROGRAM = ""
 ASSETS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "assets")
 SADDLE = os.path.join(ASSETS, "saddle.gltf")
+TEAPOT = os.path.join(ASSETS, "teapot.gltf")
 
 FIXED = ("backend", "method", "surface", "positions", "seconds", "positions_per_second",
          "max_error_mm")
@@ -326,6 +327,13 @@ class Plan(Case):
             last = plan
         with open(out, encoding="utf-8") as file:
             self.assertIn("</svg>", file.read()[-20:])
+
+    def test_round_part(self):
+        """Bounds hold where the part is rounder than the insert, and say what rounding leaves."""
+        check = json.loads(self.good(TEAPOT, "--tolerance", "0.1", "--json"))["check"]
+        if check["backend"] == "osmesa":
+            self.assertTrue(check["holds"], check)
+            self.bad(TEAPOT, "--tolerance", "1e-5", say="--tolerance")
 
     def test_text(self):
         self.assertIn("--method depth --levels", self.good(SADDLE, "--tolerance", "0.2"))
