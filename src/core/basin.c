@@ -70,9 +70,8 @@ static double bend_along(const btg_surface_point *s, btg_vec3 direction, const e
 }
 
 /* Expands the distance to an element about a point of an item; false: nothing smooth there. */
-static bool expand(const btg_search *search, const btg_tool_element *e, uint32_t item,
-                   const btg_surface_point *s, expansion *x) {
-    btg_ray_distance d = btg_ray_tool_distance(e, search->at, s->s);
+static bool expand_from(const btg_search *search, const btg_tool_element *e, uint32_t item,
+                        const btg_surface_point *s, btg_ray_distance d, expansion *x) {
     x->speed_u = vec_norm(s->su);
     x->speed_v = vec_norm(s->sv);
     if (!(x->speed_u > 0 && x->speed_v > 0)) return false;
@@ -102,6 +101,11 @@ static bool expand(const btg_search *search, const btg_tool_element *e, uint32_t
     x->ring_distance = d.distance + e->corner_radius_mm;
     x->ring_curvature = d.ring_curvature;
     return true;
+}
+
+static bool expand(const btg_search *search, const btg_tool_element *e, uint32_t item,
+                   const btg_surface_point *s, expansion *x) {
+    return expand_from(search, e, item, s, btg_ray_tool_distance(e, search->at, s->s), x);
 }
 
 /* How far steps of up to `u` and `v` lead: |p| at most `reach`. */
@@ -266,21 +270,75 @@ bool btg_basins_cover(btg_search *search, const btg_region *region, uint32_t ele
 
 /* ---- about P ------------------------------------------------------------------------------ */
 
+/* No point within `way` of P that is clear of the tool as it stood first is deeper in it as placed.
+ *
+ * Such a point is outside the insert's sphere, which does not move: along P's normal it comes no
+ * nearer than way^2 / (2 Ri). A convex tool stays behind the plane at P. On the inner side of a
+ * hollow one the ring's own bend brings it in front by no more than that over the way. The start
+ * pose itself may be as deep as a drop is. */
+static double deep_within(const btg_search *search, double way) {
+    const btg_tool_element *e = &search->query.tool->element[0];
+    double ro = e->ring_radius_mm, ri = e->corner_radius_mm, begun = BTG_BEGUN * search->tolerance;
+    if (!(ri > 2 * way)) return way + begun;
+    double bend = 1 / ri;
+    if (e->hollow) {
+        btg_vec3 arm = vec_sub(search->query.p, search->at.centre), axis = search->at.axis;
+        double r = vec_norm(vec_mad(arm, axis, -vec_dot(arm, axis))) - way;
+        if (r <= 0) return way + begun;
+        if (r < ro) bend += (ro - r) / ((ri - way) * r);
+    }
+    return min2(way, 0.5 * bend * way * way) + begun;
+}
+
+/* Furthest step within a region from a sheet's place at P. */
+static double step_within(const btg_sheet *sheet, const btg_cell *cell) {
+    frame_box b = box_about(cell, sheet->place, sheet->speed_u, sheet->speed_v);
+    return norm2(max2(-b.low_u, b.high_u), max2(-b.low_v, b.high_v));
+}
+
+bool btg_search_left_to_p(btg_search *search, const btg_region *region, bool at_the_end) {
+    double way = vec_norm(vec_sub(region->cell.centre, search->query.p)) + region->radius;
+    if (way * way >= search->left_p2) return false;
+    btg_sheet *sheet = NULL;
+    for (uint32_t i = 0; i < search->sheet_count && !sheet; i++)
+        if (search->sheet[i].place.item == region->cell.item) sheet = &search->sheet[i];
+    bool close = sheet ? sheet->close : search->other_close;
+    if (close && !at_the_end && deep_within(search, way) > search->deep_at_p) return false;
+    if (!sheet) {
+        search->other_way = max2(search->other_way, way);
+        return true;
+    }
+    sheet->reach = max2(sheet->reach, step_within(sheet, &region->cell));
+    sheet->way = max2(sheet->way, way);
+    return true;
+}
+
+/* How far the slopes at a place of a triangle lead down into it within reach. A step is made of
+ * steps towards two of the corners; the sine between these tells how long they may be. */
+static double slopes_down_triangle(const expansion *x, btg_place at, double reach) {
+    const double weight[3] = {1 - at.u - at.v, at.u, at.v};
+    double u[3], v[3], down[3], most = 0, edge = 1e-14;
+    for (int k = 0; k < 3; k++) {
+        u[k] = ((k == 1) - at.u) * x->speed_u;
+        v[k] = ((k == 2) - at.v) * x->speed_v;
+        double way = norm2(u[k], v[k]);
+        if (way > 0) u[k] /= way, v[k] /= way;
+        down[k] = max2(-(x->gu * u[k] + x->gv * v[k]), 0);
+    }
+    for (int k = 0; k < 3; k++) {
+        int i = (k + 1) % 3, j = (k + 2) % 3;
+        if (weight[k] <= edge || !(down[i] + down[j] > 0)) continue; /* nothing between them */
+        double sine = fabs(u[i] * v[j] - u[j] * v[i]);
+        most = max2(most, sine > 0 ? (down[i] + down[j]) / sine : INFINITY);
+    }
+    return min2(most, norm2(x->gu, x->gv)) * reach;
+}
+
 /* How far the slopes at a place lead down into the item within reach; slopes up at a patch's edges
  * are turned into curvature, as for basins. */
 static double slopes_down(const btg_search *search, const expansion *x, btg_place at, double reach,
                           double *uu, double *vv) {
-    double low_u = 0 - at.u, high_u = 1 - at.u, low_v = 0 - at.v, high_v = 1 - at.v;
-    if (btg_is_triangle(search->part, at.item)) { /* towards its corners */
-        const double corner[3][2] = {{low_u, low_v}, {high_u, low_v}, {low_u, high_v}};
-        double down = 0;
-        for (int k = 0; k < 3; k++) {
-            double u = corner[k][0] * x->speed_u, v = corner[k][1] * x->speed_v;
-            double way = norm2(u, v), slope = x->gu * u + x->gv * v;
-            if (way > 0) down = max2(down, -slope / way);
-        }
-        return down * reach;
-    }
+    if (btg_is_triangle(search->part, at.item)) return slopes_down_triangle(x, at, reach);
     double down_u = at.u <= 0 ? max2(-x->gu, 0) : (at.u >= 1 ? max2(x->gu, 0) : fabs(x->gu));
     double down_v = at.v <= 0 ? max2(-x->gv, 0) : (at.v >= 1 ? max2(x->gv, 0) : fabs(x->gv));
     *uu = at.u <= 0 || at.u >= 1 ? 2 * max2(fabs(x->gu) - down_u, 0) / reach : 0;
@@ -290,13 +348,12 @@ static double slopes_down(const btg_search *search, const expansion *x, btg_plac
 
 /* How deep one item at P can be in the tool within reach: by the lower bound of the distance, at
  * several shares, for so close by next to nothing need be spent. */
-static double deep_of_sheet(const btg_search *search, btg_place at, double reach) {
+static double deep_by(const btg_search *search, btg_place at, const btg_surface_point *s,
+                      btg_ray_distance d, double reach) {
     static const double share[] = {1e-4, 1e-2, 0.4};
     const btg_tool_element *e = &search->query.tool->element[0];
-    btg_surface_point s;
     expansion x;
-    btg_part_point(search->part, at, &s);
-    if (!expand(search, e, at.item, &s, &x)) return INFINITY;
+    if (!expand_from(search, e, at.item, s, d, &x)) return INFINITY;
     double uu = 0, vv = 0, best = INFINITY, down = slopes_down(search, &x, at, reach, &uu, &vv);
     for (int i = 0; i < 3; i++) {
         lower_bound b;
@@ -309,17 +366,67 @@ static double deep_of_sheet(const btg_search *search, btg_place at, double reach
     return max2(-x.distance, 0) + down + best;
 }
 
-double btg_search_deep_at_p(const btg_search *search) {
+/* P is on a sharp rim: the tool stays behind every plane through P that leans between its bottom
+ * and its wall, and one of them may have the item in front. */
+static double deep_by_planes(const btg_search *search, btg_place at, const btg_surface_point *s,
+                             double reach) {
+    btg_vec3 w = search->at.axis, v = vec_unit(vec_sub(search->at.centre, search->query.p));
+    btg_vec3 face = vec_cross(s->su, s->sv), n = search->query.n;
+    double along = vec_dot(face, w) < 0 ? -1 : 1, best = INFINITY;
+    const double lean[4][2] = {{1, 0},
+                               {0, 1},
+                               {vec_dot(n, w), vec_dot(n, v)},
+                               {along * vec_dot(face, w), along * vec_dot(face, v)}};
+    for (int i = 0; i < 4; i++) {
+        double c = max2(lean[i][0], 0), k = max2(lean[i][1], 0), length = norm2(c, k);
+        if (!(length > 0)) continue;
+        btg_vec3 out = vec_scale(vec_add(vec_scale(w, c), vec_scale(v, k)), -1 / length);
+        btg_ray_distance d = {.distance = vec_dot(out, vec_sub(s->s, search->query.p)),
+                              .normal = out};
+        best = min2(best, deep_by(search, at, s, d, reach));
+    }
+    return best;
+}
+
+static double deep_of_sheet(const btg_search *search, btg_place at, double reach) {
     const btg_tool_element *e = &search->query.tool->element[0];
-    double reach = sqrt(search->query.p_clearance2), deep = 0, radius = e->corner_radius_mm;
-    if (!(radius > 0)) radius = e->ring_radius_mm;
-    /* Any item there was clear of the tool as it stood at first; since then the tool has turned
-     * about P, and its sides there have moved by what their curvature makes of the reach. */
-    double most = reach * reach / radius;
-    if (search->stranger_at_p || search->sheet_count == BTG_SHEETS_MAX) return most;
+    btg_surface_point s;
+    btg_part_point(search->part, at, &s);
+    if (e->corner_radius_mm == 0) return deep_by_planes(search, at, &s, reach);
+    return deep_by(search, at, &s, btg_ray_tool_distance(e, search->at, s.s), reach);
+}
+
+/* What was left of a sheet is at most that deep. */
+static double deep_at_sheet(const btg_search *search, const btg_sheet *sheet) {
+    if (!(sheet->way > 0)) return 0;
+    double most = deep_within(search, sheet->way);
+    return min2(most, deep_of_sheet(search, sheet->place, sheet->reach));
+}
+
+double btg_search_deep_at_p(const btg_search *search) {
+    double deep = search->other_way > 0 ? deep_within(search, search->other_way) : 0;
     for (uint32_t i = 0; i < search->sheet_count; i++)
-        deep = max2(deep, min2(most, deep_of_sheet(search, search->sheet[i], reach)));
+        deep = max2(deep, deep_at_sheet(search, &search->sheet[i]));
     return deep;
+}
+
+bool btg_search_come_close_to_p(btg_search *search) {
+    double enough = search->deep_at_p;
+    search->other_close = search->other_way > 0 && deep_within(search, search->other_way) > enough;
+    bool any = search->other_close;
+    for (uint32_t i = 0; i < search->sheet_count; i++) {
+        btg_sheet *sheet = &search->sheet[i];
+        sheet->close = deep_at_sheet(search, sheet) > enough;
+        any = any || sheet->close;
+    }
+    if (!any) return false;
+    search->other_close = true;
+    search->other_way = 0;
+    for (uint32_t i = 0; i < search->sheet_count; i++)
+        search->sheet[i].reach = search->sheet[i].way = 0;
+    /* What is deeper than rounding shows (search.c): rays may start wherever it counts. */
+    search->query.p_clearance2 = min2(search->query.p_clearance2, enough * enough);
+    return true;
 }
 
 /* ---- cells -------------------------------------------------------------------------------- */

@@ -292,18 +292,6 @@ static bool clear_of_the_rest(const btg_search *search, const btg_region *region
     return true;
 }
 
-/* TILT: all of it is so near P that the limits there speak for it. */
-static bool within_p(btg_search *search, const btg_region *region) {
-    const btg_ray_query *q = &search->query;
-    double from_p = vec_norm(vec_sub(region->cell.centre, q->p)) + region->radius;
-    if (from_p * from_p >= q->p_clearance2) return false;
-    bool known = false;
-    for (uint32_t i = 0; i < search->sheet_count && !known; i++)
-        known = search->sheet[i].item == region->cell.item;
-    if (!known) search->stranger_at_p = true;
-    return true;
-}
-
 bool btg_search_clear(btg_search *search, const btg_region *region) {
     const btg_ray_query *q = &search->query;
     if (q->op == BTG_OP_DROP) {
@@ -314,8 +302,8 @@ bool btg_search_clear(btg_search *search, const btg_region *region) {
             if (!clear_as_placed(search, region, i)) return false;
         return true;
     }
-    if (within_p(search, region)) return true;
-    return clear_of_cutter(search, region) && clear_of_the_rest(search, region);
+    return (btg_search_left_to_p(search, region, false) || clear_of_cutter(search, region)) &&
+           clear_of_the_rest(search, region);
 }
 
 /* Clear but for its third-order error, and that is less along the one direction that counts. */
@@ -365,6 +353,7 @@ bool btg_search_clear_piece(btg_search *search, const btg_region *region,
             if (!clear_as_placed(search, region, i)) return false;
         return true;
     }
-    if (within_p(search, region)) return true;
-    return piece_clear_of_cutter(search, region, bound, k) && clear_of_the_rest(search, region);
+    return (btg_search_left_to_p(search, region, false) ||
+            piece_clear_of_cutter(search, region, bound, k)) &&
+           clear_of_the_rest(search, region);
 }

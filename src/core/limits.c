@@ -2,14 +2,12 @@
  * form for each sheet of the part that meets P (ray.h); rays start outside a small clearance. */
 #include "core/search.h"
 
-/* A sheet passes through P when it comes this close, in clearances. */
-#define SHEET_GAP 0.1
 /* P is on an edge that comes this close, in clearances: it then lies all inside the clearance. */
 #define ON_EDGE 0.01
-/* Cells this small, in clearances, are near enough to P to find their sheet's nearest point. */
-#define SHEET_REACH 30.0
-/* Places along the ridge, in clearances: the first tells the slope of the value out of P. */
-static const double ridge_steps[] = {20, 60, 180};
+/* Cells this small, in insert's sizes, are near enough to P to find their sheet's nearest point. */
+#define SHEET_REACH 0.03
+/* Places along the ridge, in insert's sizes: the first tells the slope of the value out of P. */
+static const double ridge_steps[] = {0.02, 0.06, 0.18};
 /* A rise that matters, rad. At a distance t from P it takes t^2 / 2 of it, over the tool's radius,
  * off the clearance: nearer than where that is the walk's the walk does not see it. */
 #define RISE_SEEN 1e-6
@@ -24,6 +22,9 @@ static void offer_limit(btg_search *search, double value) {
 static void offer_sheet(btg_search *search, btg_place place) {
     btg_surface_point s;
     btg_part_point(search->part, place, &s);
+    if (search->sheet_count < BTG_SHEETS_MAX)
+        search->sheet[search->sheet_count++] =
+            (btg_sheet){.place = place, .speed_u = vec_norm(s.su), .speed_v = vec_norm(s.sv)};
     double near = ON_EDGE * sqrt(search->query.p_clearance2);
     double tu = near / (vec_norm(s.su) + near), tv = near / (vec_norm(s.sv) + near);
     bool triangle = place.item >= search->part->patch_count;
@@ -62,7 +63,7 @@ static void climb_ridge(btg_search *search, btg_place from) {
     if (btg_is_triangle(search->part, from.item)) return;
     btg_part_point(search->part, from, &p);
     if (!btg_ray_ridge(&search->query, &p, ridge, &limit)) return;
-    double clearance = sqrt(search->query.p_clearance2), t = ridge_steps[0] * clearance;
+    double size = btg_ray_insert_size(search->query.tool), t = ridge_steps[0] * size;
     bool left = along_ridge(search, from, ridge, -t, &at, &low);
     bool right = along_ridge(search, from, ridge, t, &best, &high);
     if (!left && !right) return;
@@ -74,8 +75,7 @@ static void climb_ridge(btg_search *search, btg_place from) {
     double side = slope > 0 ? 1 : -1, most = -INFINITY;
     for (size_t i = 0; i < sizeof ridge_steps / sizeof *ridge_steps; i++) {
         double value;
-        if (!along_ridge(search, from, ridge, side * ridge_steps[i] * clearance, &at, &value))
-            break;
+        if (!along_ridge(search, from, ridge, side * ridge_steps[i] * size, &at, &value)) break;
         if (value <= most) break;
         most = value;
         best = at;
@@ -85,15 +85,13 @@ static void climb_ridge(btg_search *search, btg_place from) {
 
 void btg_search_climb_ridges(btg_search *search) {
     for (uint32_t i = 0; i < search->sheet_count; i++)
-        climb_ridge(search, search->sheet[i]);
+        climb_ridge(search, search->sheet[i].place);
 }
 
 void btg_search_near_p(btg_search *search) {
     double value;
     if (btg_ray_tool_limit(&search->query, &value)) offer_limit(search, value);
     offer_sheet(search, search->p_place);
-    search->sheet[0] = search->p_place;
-    search->sheet_count = 1;
 }
 
 static btg_place hold(const btg_search *search, btg_place at) {
@@ -139,14 +137,12 @@ static double nearest_to_p(const btg_search *search, btg_place *at) {
 }
 
 void btg_search_sheet_at_p(btg_search *search, const btg_region *region) {
-    double clearance = sqrt(search->query.p_clearance2);
-    if (region->radius > SHEET_REACH * clearance) return;
     btg_vec3 away = vec_sub(region->cell.centre, search->query.p);
-    if (vec_norm(away) > region->radius + SHEET_GAP * clearance) return;
+    if (vec_norm(away) > region->radius + search->sheet_gap) return;
+    if (region->radius > SHEET_REACH * btg_ray_insert_size(search->query.tool)) return;
     for (uint32_t i = 0; i < search->sheet_count; i++)
-        if (search->sheet[i].item == region->cell.item) return;
+        if (search->sheet[i].place.item == region->cell.item) return;
     btg_place at = btg_cell_place(&region->cell);
-    if (nearest_to_p(search, &at) > SHEET_GAP * clearance) return;
-    if (search->sheet_count < BTG_SHEETS_MAX) search->sheet[search->sheet_count++] = at;
+    if (nearest_to_p(search, &at) > search->sheet_gap) return;
     offer_sheet(search, at);
 }

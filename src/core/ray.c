@@ -29,10 +29,13 @@ btg_ray_query btg_ray_query_drop(const btg_tool *tool, const btg_drop_query *que
     return q;
 }
 
-btg_ray_query btg_ray_query_tilt(const btg_tool *tool, const btg_tilt_query *query) {
+double btg_ray_insert_size(const btg_tool *tool) {
     const btg_tool_element *cutter = &tool->element[0];
-    double scale = cutter->corner_radius_mm > 0 ? cutter->corner_radius_mm : cutter->ring_radius_mm;
-    double clearance = BTG_P_CLEARANCE * scale;
+    return cutter->corner_radius_mm > 0 ? cutter->corner_radius_mm : cutter->ring_radius_mm;
+}
+
+btg_ray_query btg_ray_query_tilt(const btg_tool *tool, const btg_tilt_query *query) {
+    double clearance = BTG_P_CLEARANCE * btg_ray_insert_size(tool);
     btg_ray_query q = {.op = BTG_OP_TILT, .tool = tool, .o = query->o1};
     q.u = query->u;
     q.v = query->v;
@@ -154,14 +157,16 @@ static bool cast_cylinder(const btg_tool_element *e, double major, const circle 
 static BTG_APART bool cast_circular(const btg_ray_query *q, btg_vec3 s, btg_ray_hit *hit) {
     btg_vec3 d = vec_sub(s, q->o), dp = vec_sub(s, q->p);
     double dp2 = vec_norm2(dp);
-    if (dp2 < q->p_clearance2) return false;
     circle c = {.su = vec_dot(d, q->u), .sv = vec_dot(d, q->v), .sw = vec_dot(d, q->w)};
     c.radius = sqrt(c.sv * c.sv + c.sw * c.sw);
     /* d from P, not from O1: near P the difference of two squares would lose all digits. */
     c.d = dp2 - 2 * q->tool->element[0].corner_radius_mm * vec_dot(dp, q->n);
     double major = q->tool->element[0].ring_radius_mm;
+    /* What leaves P's tangent plane as steeply as that stands as far from the insert's sphere as
+     * the points of the clearance's rim do. */
+    bool ill_posed = dp2 < q->p_clearance2 && c.d < q->p_clearance2;
     bool found = false;
-    for (uint32_t i = 0; i < q->tool->element_count; i++) {
+    for (uint32_t i = ill_posed; i < q->tool->element_count; i++) {
         const btg_tool_element *e = &q->tool->element[i];
         double value, flat;
         bool met;

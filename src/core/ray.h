@@ -18,12 +18,15 @@ typedef struct btg_ray_query {
     /* TILT alone: */
     btg_vec3 p, n;       /* first contact and its normal, part to tool */
     double inclination;  /* lambda of the start pose: angle from n to w */
-    double p_clearance2; /* TILT: squared radius about p where rays are ill-posed and the
-                            osculating limit answers instead, mm^2 */
+    double p_clearance2; /* squared radius about p where rays to the cutter's round corner are
+                            ill-posed and the osculating limit answers instead, mm^2 */
 } btg_ray_query;
 
 btg_ray_query btg_ray_query_drop(const btg_tool *tool, const btg_drop_query *query);
 btg_ray_query btg_ray_query_tilt(const btg_tool *tool, const btg_tilt_query *query);
+
+/* The minor radius; of a sharp tool the major: what distances from P are measured by, mm. */
+double btg_ray_insert_size(const btg_tool *tool);
 
 typedef struct btg_ray_hit {
     double value;     /* height, or -beta; a TILT value > 0 means the start pose is inside */

@@ -5,8 +5,13 @@
 /* The search's clearance is this part of the tolerance asked: what it leaves unexplored then
  * changes the answer by far less than the tolerance. */
 #define SEARCH_SHARE 1e-4
+/* What is so near P that the limits there speak for it may be this part of the tolerance asked
+ * deep. */
+#define P_SHARE 0.5
+/* A sheet passes through P when it comes this close, part of the clearance about P. */
+#define SHEET_GAP 0.1
 /* Clearances below this part of the part's size are rounding. */
-#define CLEARANCE_MIN 1e-13
+#define CLEARANCE_ROUNDING 1e-13
 
 static btg_search *open_search(const btg_part *part, const btg_solver_def *solver,
                                void *workspace) {
@@ -15,7 +20,8 @@ static btg_search *open_search(const btg_part *part, const btg_solver_def *solve
     search->stack = (btg_entry *)(search + 1);
     search->stack_size = btg_search_stack_size(part);
     search->budget = solver->node_budget;
-    search->tolerance = max2(SEARCH_SHARE * solver->tolerance_mm, CLEARANCE_MIN * part->scale);
+    search->rounding = CLEARANCE_ROUNDING * part->scale;
+    search->tolerance = max2(SEARCH_SHARE * solver->tolerance_mm, search->rounding);
     return search;
 }
 
@@ -37,9 +43,8 @@ static btg_vec3 rim_normal(const btg_search *search, btg_vec3 tool_normal) {
 /* Rounding of all the bounds, part of the part's size. */
 #define BOUND_ROUNDING 1e-12
 
-/* What the search has proven, rounded outward. */
-static double proven_bound(const btg_search *search) {
-    double at_p = search->query.op == BTG_OP_TILT ? btg_search_deep_at_p(search) : 0;
+/* What the search has proven, rounded outward; `at_p`: of what it left to the limits at P. */
+static double proven_bound(const btg_search *search, double at_p) {
     return (max2(search->deepest, at_p) + BOUND_ROUNDING * search->part->scale) * (1 + 1e-12);
 }
 
@@ -73,7 +78,7 @@ static BTG_APART btg_search *begin_drop(const btg_part *part, const btg_tool *to
 
 static BTG_APART btg_status end_drop(const btg_search *search, btg_drop_result *result) {
     btg_drop_result r = {.status = BTG_NO_CONTACT, .nodes = search->nodes};
-    r.bound_mm = proven_bound(search);
+    r.bound_mm = proven_bound(search, 0);
     if (search->spent) {
         r.status = search->bound > -INFINITY ? BTG_BUDGET : BTG_NO_CONTACT;
         r.height_mm = search->bound;
@@ -103,11 +108,24 @@ static bool start_gouges(const btg_search *search, double tolerance) {
     return depth > max2(tolerance, 1e-9 * search->part->scale);
 }
 
+/* The clearance about P, where only limits speak: as wide as rays need it, and with a round corner
+ * no wider than what the tool's turn about P can make of it (basin.c). */
+static void clear_about_p(btg_search *search, double tolerance) {
+    double deep = P_SHARE * tolerance, corner = search->query.tool->element[0].corner_radius_mm;
+    btg_ray_query *q = &search->query;
+    search->near_p2 = q->p_clearance2;
+    if (corner > 0) q->p_clearance2 = min2(q->p_clearance2, corner * deep);
+    search->left_p2 = q->p_clearance2;
+    search->deep_at_p = deep;
+    search->sheet_gap = min2(SHEET_GAP * sqrt(q->p_clearance2), tolerance);
+}
+
 static BTG_APART btg_search *begin_tilt(const btg_part *part, const btg_tool *tool,
                                         const btg_solver_def *solver, const btg_tilt_query *query,
                                         void *workspace) {
     btg_search *search = open_search(part, solver, workspace);
     search->query = btg_ray_query_tilt(tool, query);
+    clear_about_p(search, solver->tolerance_mm);
     search->value = -query->max_tilt_rad;
     search->p_place = query->p.place;
     search->has_start = query->has_start;
@@ -120,7 +138,10 @@ static BTG_APART btg_status end_tilt(const btg_search *search, const btg_solver_
     if (start_gouges(search, solver->tolerance_mm)) return BTG_ERROR_GOUGE;
     btg_tilt_result r = {.status = BTG_SINGLE_CONTACT, .nodes = search->nodes};
     r.tilt_rad = query->max_tilt_rad;
-    r.bound_mm = proven_bound(search);
+    /* What is at P was clear of the start pose, but for what a drop leaves. */
+    bool turned = (search->spent ? search->bound : search->value) < 0;
+    double begun = BTG_BEGUN * search->tolerance;
+    r.bound_mm = proven_bound(search, turned ? btg_search_deep_at_p(search) : begun);
     if (search->spent) {
         r.status = BTG_BUDGET;
         r.tilt_rad = search->bound < 0 ? -search->bound : 0;

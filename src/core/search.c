@@ -17,9 +17,19 @@ size_t btg_search_stack_size(const btg_part *part) {
            3 * ((size_t)part->node_depth + part->quarters_depth + CUTS_MAX);
 }
 
+/* TILT, close to P: the tool as placed is no deeper there than rounding, which makes values of
+ * itself. */
+static bool is_rounding(const btg_search *search, btg_vec3 point, uint32_t element) {
+    const btg_ray_query *q = &search->query;
+    return q->op == BTG_OP_TILT && vec_norm2(vec_sub(point, q->p)) < search->near_p2 &&
+           btg_ray_tool_distance(&q->tool->element[element], search->at, point).distance >=
+               -search->rounding;
+}
+
 bool btg_search_offer(btg_search *search, double value, btg_place place, btg_vec3 point,
                       uint32_t element, bool osculating) {
-    if (!(value > search->value)) return false;
+    if (!(value > search->value) || (!osculating && is_rounding(search, point, element)))
+        return false;
     search->found = true;
     search->settled = false;
     search->osculating = osculating;
@@ -91,13 +101,16 @@ static void try_place(btg_search *search, btg_vec3 point, btg_place place) {
     btg_ray_hit hit;
     if (!btg_ray_cast(&search->query, point, &hit)) return;
     double slack = search->query.op == BTG_OP_DROP ? 1e-14 * search->part->scale : 1e-14;
-    if (hit.value > search->value + slack) btg_search_polish(search, place);
+    if (hit.value > search->value + slack && !is_rounding(search, point, hit.element))
+        btg_search_polish(search, place);
 }
 
 /* A cell that small holds nothing its centre does not, but for what it may be deeper. */
-static bool at_the_end(btg_search *search, double radius) {
-    if (radius > 0.25 * search->tolerance && search->top + 8 <= search->stack_size) return false;
-    search->deepest = max2(search->deepest, search->tolerance + radius);
+static bool at_the_end(btg_search *search, const btg_region *region) {
+    if (region->radius > 0.25 * search->tolerance && search->top + 8 <= search->stack_size)
+        return false;
+    bool left = search->query.op == BTG_OP_TILT && btg_search_left_to_p(search, region, true);
+    if (!left) search->deepest = max2(search->deepest, search->tolerance + region->radius);
     return true;
 }
 
@@ -110,7 +123,7 @@ static BTG_APART void open_triangle(btg_search *search, const btg_region *region
         return;
     }
     if (search->query.op == BTG_OP_TILT) btg_search_sheet_at_p(search, region);
-    if (at_the_end(search, region->radius)) return;
+    if (at_the_end(search, region)) return;
     btg_piece quarter[4];
     size_t from = search->top;
     btg_triangle_cut(piece, quarter);
@@ -213,7 +226,7 @@ static BTG_APART int quarters_left(btg_search *search, const btg_block *block,
         if (!bound || tool->element_count > 1)
             try_place(search, region.cell.centre, place_in(block, k, 0, 0));
         if (search->query.op == BTG_OP_TILT) btg_search_sheet_at_p(search, &region);
-        if (at_the_end(search, region.radius)) continue;
+        if (at_the_end(search, &region)) continue;
         int i = count++;
         for (; bound && i > 0 && bound->low[left[i - 1]] < bound->low[k]; i--)
             left[i] = left[i - 1];
@@ -256,6 +269,12 @@ static BTG_APART void open_piece(btg_search *search, const btg_piece *piece) {
 
 /* ---- out of budget ------------------------------------------------------------------------ */
 
+/* TILT: what was left to the limits at P is too deep for the tolerance. The start pose, with no
+ * tilt at all, is none the deeper for it. */
+static bool start_alone_is_safe(const btg_search *search) {
+    return search->query.op == BTG_OP_TILT && btg_search_deep_at_p(search) > 2 * search->deep_at_p;
+}
+
 /* Out of budget: no entry left has a value above the bound of its ball. */
 static BTG_APART void give_up(btg_search *search) {
     search->spent = true;
@@ -267,6 +286,9 @@ static BTG_APART void give_up(btg_search *search) {
             if (btg_ray_ball_value(&search->query, e, r->centre, r->radius, &value))
                 search->bound = max2(search->bound, value);
     }
+    if (search->query.op == BTG_OP_DROP || search->bound >= 0) return;
+    search->at = btg_ray_place(&search->query, search->bound);
+    if (start_alone_is_safe(search)) search->bound = 0;
 }
 
 /* ---- nodes -------------------------------------------------------------------------------- */
@@ -376,6 +398,22 @@ static double below_all(const btg_search *search) {
     return -(reach + e->from_mm + vec_norm(search->query.o));
 }
 
+/* Everything that is not clear, cut or followed; false: out of budget. */
+static bool walk(btg_search *search) {
+    bool tilt = search->query.op == BTG_OP_TILT;
+    start(search);
+    while (search->top > 0) {
+        if (tilt && search->value >= BTG_PI) return false; /* inside at any tilt */
+        if (search->nodes >= search->budget) {
+            give_up(search);
+            return false;
+        }
+        search->nodes++;
+        look_at(search, &search->stack[--search->top]);
+    }
+    return true;
+}
+
 void btg_search_run(btg_search *search) {
     bool tilt = search->query.op == BTG_OP_TILT;
     search->at = btg_ray_place(&search->query, tilt ? search->value : below_all(search));
@@ -383,15 +421,12 @@ void btg_search_run(btg_search *search) {
     search->deepest = search->tolerance;
     if (tilt) btg_search_near_p(search);
     if (search->has_start) btg_search_polish(search, search->start);
-    start(search);
-    while (search->top > 0) {
-        if (tilt && search->value >= BTG_PI) return; /* inside at any tilt */
-        if (search->nodes >= search->budget) {
-            give_up(search);
-            return;
-        }
-        search->nodes++;
-        look_at(search, &search->stack[--search->top]);
+    if (!walk(search)) return;
+    if (tilt && btg_search_come_close_to_p(search) && !walk(search)) return;
+    if (start_alone_is_safe(search)) {
+        search->spent = true;
+        search->bound = 0;
+        return;
     }
     if (tilt) btg_search_climb_ridges(search);
     finish(search);

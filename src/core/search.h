@@ -14,6 +14,15 @@
 /* Sheets that meet P and whose limit there has been taken. */
 #define BTG_SHEETS_MAX 32
 
+/* One of the part's items that meet P: its place there and its speeds, mm. */
+typedef struct btg_sheet {
+    btg_place place;
+    double speed_u, speed_v;
+    double reach, way; /* pieces of it up to those steps from the place, and up to that way from P,
+                          were left to the limits there */
+    bool close;        /* no more is left than search.deep_at_p allows */
+} btg_sheet;
+
 /* A cell and the radius of the ball about its centre that holds it. */
 typedef struct btg_region {
     btg_cell cell;
@@ -48,6 +57,7 @@ typedef struct btg_search {
     const btg_part *part;
     btg_ray_query query;
     double tolerance; /* mm of clearance */
+    double rounding;  /* of a distance to the tool, mm; at most the tolerance */
 
     /* The best so far; `found` false: value is what an answer must beat. */
     bool found, osculating;
@@ -67,9 +77,14 @@ typedef struct btg_search {
     btg_place p_place; /* TILT: place of the first contact */
     bool has_start;
     btg_place start;                 /* near the answer, says the caller */
-    btg_place sheet[BTG_SHEETS_MAX]; /* the part's places at P, one an item */
+    btg_sheet sheet[BTG_SHEETS_MAX]; /* one an item */
     uint32_t sheet_count;
-    bool stranger_at_p; /* an item that is none of these comes within the clearance about P */
+    double near_p2;   /* squared way from P within which values may be nothing but rounding, mm^2 */
+    double sheet_gap; /* an item that comes this close to P meets it, mm */
+    double left_p2;   /* squared way from P within which its limits speak for the part, mm^2 */
+    double deep_at_p; /* what is left to them may be that deep, half the tolerance asked, mm */
+    double other_way; /* as btg_sheet's: of items that do not meet P */
+    bool other_close;
 
     btg_tail_room tail_room;
     btg_block block; /* that is being looked at */
@@ -122,9 +137,15 @@ static inline bool btg_search_clear_at_once(const btg_search *search, const btg_
  * cutter is sharp or nothing is placed yet. */
 bool btg_search_clear_piece(btg_search *search, const btg_region *region,
                             const btg_block_bound *bound, int k);
-/* TILT: no point of the part within the clearance about P is deeper in the tool as placed, mm.
- * (basin.c) */
+/* TILT: the region is so near P that the limits there speak for it; `at_the_end`: it will not be
+ * cut any more, however deep it may be. (basin.c) */
+bool btg_search_left_to_p(btg_search *search, const btg_region *region, bool at_the_end);
+/* No tool as dropped is deeper in the part than this many clearances of the search. */
+#define BTG_BEGUN 2
+/* No point of what was left to P is deeper in the tool as placed, mm. */
 double btg_search_deep_at_p(const btg_search *search);
+/* Where that may be too deep no more shall be left than may; false: it is not too deep. */
+bool btg_search_come_close_to_p(btg_search *search);
 
 /* basin.c: the basin of a contact of the tool placed at the best value; a region inside it; and a
  * single cell clear of an element by the Taylor polynomial at its centre. */

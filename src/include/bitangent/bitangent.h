@@ -259,8 +259,7 @@ typedef struct btg_tilt_result {
     btg_status status;   /* BTG_OK, BTG_OSCULATING, BTG_SINGLE_CONTACT or BTG_BUDGET */
     double tilt_rad;     /* max_tilt when single-contact */
     btg_contact contact; /* Q; P again when osculating; all zero otherwise */
-    double bound_mm;     /* as for DROP; where several faces meet P it may be a millionth of the
-                            tool's radius instead, if that is more */
+    double bound_mm;     /* as for DROP, where the start pose is as clear as DROP leaves it */
     uint32_t element;
     uint32_t nodes;
 } btg_tilt_result;
