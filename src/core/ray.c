@@ -67,7 +67,9 @@ static BTG_APART bool cast_vertical(const btg_ray_query *q, btg_vec3 s, btg_ray_
         double depth;
         if (!profile_depth(&q->tool->element[i], r, &depth)) continue;
         if (found && height + depth <= hit->value) continue;
-        *hit = (btg_ray_hit){height + depth, i};
+        const btg_tool_element *e = &q->tool->element[i];
+        bool round = i == 0 && e->corner_radius_mm > 0 && (e->hollow || r > e->ring_radius_mm);
+        *hit = (btg_ray_hit){.value = height + depth, .element = i, .round = round};
         found = true;
     }
     return found;
@@ -84,7 +86,12 @@ static double turn(const circle *c, double tv, double tw) {
     return atan2(c->sv * tw - c->sw * tv, c->sv * tv + c->sw * tw);
 }
 
-static bool cast_torus(const btg_tool_element *e, const circle *c, double *value) {
+/* The point's place once turned, in the circle's plane. */
+typedef struct turned {
+    double v, w;
+} turned;
+
+static bool cast_torus(const btg_tool_element *e, const circle *c, double *value, turned *to) {
     double ro = e->ring_radius_mm, ri = e->corner_radius_mm;
     if (ro <= 0 || ri <= 0) return false; /* no tube: rounding alone would meet the ring */
     if (c->d <= 0) {                      /* in the insert's sphere: inside the torus at any tilt */
@@ -95,6 +102,7 @@ static bool cast_torus(const btg_tool_element *e, const circle *c, double *value
     if (!(tv <= c->radius)) return false;
     if (tv < -c->radius) tv = -c->radius;
     double tw = sqrt((c->radius - tv) * (c->radius + tv)), beta = turn(c, tv, -tw);
+    *to = (turned){tv, -tw};
     /* From below the equator the entry is less than half a turn away, ahead or, inside, behind.
      * From above it is behind when inside, and else once round. */
     if (c->sw > 0) {
@@ -169,18 +177,21 @@ static BTG_APART bool cast_circular(const btg_ray_query *q, btg_vec3 s, btg_ray_
     for (uint32_t i = ill_posed; i < q->tool->element_count; i++) {
         const btg_tool_element *e = &q->tool->element[i];
         double value, flat;
-        bool met;
+        turned to = {0, 0};
+        bool met, round = false;
         if (i == 0) {
-            met = cast_torus(e, &c, &value);
-            if (!e->hollow && cast_flat(e, &c, &flat)) {
-                if (!met || flat > value) value = flat;
+            met = round = cast_torus(e, &c, &value, &to);
+            if (c.d <= 0) round = false;
+            if (!e->hollow && cast_flat(e, &c, &flat) && (!met || flat > value)) {
+                value = flat;
                 met = true;
+                round = false;
             }
         } else {
             met = cast_cylinder(e, major, &c, &value);
         }
         if (!met || (found && value <= hit->value)) continue;
-        *hit = (btg_ray_hit){value, i};
+        *hit = (btg_ray_hit){value, i, round, to.v, to.w};
         found = true;
     }
     return found;
@@ -212,7 +223,8 @@ bool btg_ray_ball_value(const btg_ray_query *q, uint32_t element, btg_vec3 s, do
         return true;
     }
     double flat;
-    bool met = cast_torus(&e, &c, value);
+    turned to;
+    bool met = cast_torus(&e, &c, value, &to);
     if (!e.hollow && cast_flat(&e, &c, &flat)) {
         if (!met || flat > *value) *value = flat;
         met = true;
@@ -358,4 +370,42 @@ btg_ray_distance btg_ray_tool_distance(const btg_tool_element *e, btg_placement 
     out.ring_curvature = r > 0 ? x / far / r : 0;
     out.meridian_curvature = z != 0 && (e->hollow || x > 0) ? 1 / far : 0;
     return out;
+}
+
+/* On the round corner, all of it is known from the ray: no angle, and no root but the one. */
+static btg_ray_distance touch_round(const btg_ray_query *q, btg_vec3 s, const btg_placement *at) {
+    const btg_tool_element *e = &q->tool->element[0];
+    btg_vec3 d = vec_sub(s, at->centre);
+    double z = vec_dot(d, at->axis);
+    btg_vec3 radial = vec_mad(d, at->axis, -z);
+    double r = vec_norm(radial), r1 = 1 / r, x = r - e->ring_radius_mm;
+    double over = 1 / e->corner_radius_mm, nr = x * over, nz = z * over;
+    radial = vec_scale(radial, r1);
+    btg_ray_distance out = {.ring_curvature = nr * r1, .meridian_curvature = z != 0 ? over : 0};
+    out.normal = vec_add(vec_scale(radial, nr), vec_scale(at->axis, nz));
+    out.ring_tangent = vec_cross(at->axis, radial);
+    out.meridian_tangent = vec_cross(out.normal, out.ring_tangent);
+    return out;
+}
+
+btg_ray_distance btg_ray_touch(const btg_ray_query *q, btg_vec3 s, const btg_ray_hit *hit,
+                               btg_placement *at) {
+    btg_vec3 d = vec_sub(s, q->o);
+    double ro = q->tool->element[0].ring_radius_mm, sv = vec_dot(d, q->v), sw = vec_dot(d, q->w);
+    double r2 = sv * sv + sw * sw;
+    bool tilt = q->op == BTG_OP_TILT;
+    if (!hit->round || (tilt && !(r2 > 0))) {
+        *at = btg_ray_place(q, hit->value);
+        return btg_ray_tool_distance(&q->tool->element[hit->element], *at, s);
+    }
+    if (!tilt) {
+        *at = (btg_placement){vec_mad(q->o, q->w, hit->value), q->w, true};
+        return touch_round(q, s, at);
+    }
+    double over = 1 / r2, cosine = (sv * hit->tv + sw * hit->tw) * over;
+    double sine = (sw * hit->tv - sv * hit->tw) * over;
+    btg_vec3 v = vec_add(vec_scale(q->v, cosine), vec_scale(q->w, sine));
+    btg_vec3 w = vec_sub(vec_scale(q->w, cosine), vec_scale(q->v, sine));
+    *at = (btg_placement){vec_mad(q->o, v, ro), w, false};
+    return touch_round(q, s, at);
 }

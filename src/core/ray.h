@@ -31,6 +31,8 @@ double btg_ray_insert_size(const btg_tool *tool);
 typedef struct btg_ray_hit {
     double value;     /* height, or -beta; a TILT value > 0 means the start pose is inside */
     uint32_t element; /* of the tool */
+    bool round;       /* on the cutter's round corner */
+    double tv, tw;    /* TILT, there: where the point stands then, along the turned v and w */
 } btg_ray_hit;
 
 /* The first meeting of the part point s with any element of the tool. False: never. */
@@ -78,5 +80,9 @@ typedef struct btg_ray_distance {
 
 btg_ray_distance btg_ray_tool_distance(const btg_tool_element *element, btg_placement placement,
                                        btg_vec3 s);
+
+/* The tool placed where it meets s, and the distance there. */
+btg_ray_distance btg_ray_touch(const btg_ray_query *query, btg_vec3 s, const btg_ray_hit *hit,
+                               btg_placement *placement);
 
 #endif

@@ -40,6 +40,7 @@
 #define btg_ray_query_tilt             BTG_VARIANT_JOIN(btg_ray_query_tilt, BTG_VARIANT)
 #define btg_ray_ridge                  BTG_VARIANT_JOIN(btg_ray_ridge, BTG_VARIANT)
 #define btg_ray_tool_distance          BTG_VARIANT_JOIN(btg_ray_tool_distance, BTG_VARIANT)
+#define btg_ray_touch                  BTG_VARIANT_JOIN(btg_ray_touch, BTG_VARIANT)
 #define btg_ray_tool_limit             BTG_VARIANT_JOIN(btg_ray_tool_limit, BTG_VARIANT)
 #define btg_search_clear               BTG_VARIANT_JOIN(btg_search_clear, BTG_VARIANT)
 #define btg_search_clear_piece         BTG_VARIANT_JOIN(btg_search_clear_piece, BTG_VARIANT)
@@ -55,6 +56,8 @@
 #define btg_search_run_near            BTG_VARIANT_JOIN(btg_search_run_near, BTG_VARIANT)
 #define btg_search_sheet_at_p          BTG_VARIANT_JOIN(btg_search_sheet_at_p, BTG_VARIANT)
 #define btg_search_stack_size          BTG_VARIANT_JOIN(btg_search_stack_size, BTG_VARIANT)
+#define btg_step_make                  BTG_VARIANT_JOIN(btg_step_make, BTG_VARIANT)
+#define btg_step_move                  BTG_VARIANT_JOIN(btg_step_move, BTG_VARIANT)
 #define btg_triangle_cut               BTG_VARIANT_JOIN(btg_triangle_cut, BTG_VARIANT)
 #define btg_triangle_root              BTG_VARIANT_JOIN(btg_triangle_root, BTG_VARIANT)
 

@@ -228,7 +228,7 @@ static void search_init(search *s, const samples *data, btg_ray_query query, dou
 /* The number to be maximised at one point; false: the tool never meets it. */
 static bool value_at(const search *s, btg_vec3 point, btg_ray_hit *hit) {
     if (!s->nearest) return btg_ray_cast(&s->query, point, hit);
-    *hit = (btg_ray_hit){-vec_norm(vec_sub(point, s->query.p)), 0};
+    *hit = (btg_ray_hit){.value = -vec_norm(vec_sub(point, s->query.p))};
     return true;
 }
 
