@@ -69,11 +69,9 @@ static double bend_along(const btg_surface_point *s, btg_vec3 direction, const e
                 fabs(vec_dot(direction, s->svv)) * iv * iv);
 }
 
-/* Expands the distance to an element, or to the plane given instead of it, about a point of an
- * item; false: nothing smooth there. */
-static bool expand(const btg_search *search, const btg_tool_element *e, uint32_t item,
-                   const btg_surface_point *s, const btg_ray_distance *plane, expansion *x) {
-    btg_ray_distance d = plane ? *plane : btg_ray_tool_distance(e, search->at, s->s);
+/* Expands the distance to an element about a point of an item; false: nothing smooth there. */
+static bool expand_from(const btg_search *search, const btg_tool_element *e, uint32_t item,
+                        const btg_surface_point *s, btg_ray_distance d, expansion *x) {
     x->speed_u = vec_norm(s->su);
     x->speed_v = vec_norm(s->sv);
     if (!(x->speed_u > 0 && x->speed_v > 0)) return false;
@@ -103,6 +101,11 @@ static bool expand(const btg_search *search, const btg_tool_element *e, uint32_t
     x->ring_distance = d.distance + e->corner_radius_mm;
     x->ring_curvature = d.ring_curvature;
     return true;
+}
+
+static bool expand(const btg_search *search, const btg_tool_element *e, uint32_t item,
+                   const btg_surface_point *s, expansion *x) {
+    return expand_from(search, e, item, s, btg_ray_tool_distance(e, search->at, s->s), x);
 }
 
 /* How far steps of up to `u` and `v` lead: |p| at most `reach`. */
@@ -168,6 +171,9 @@ static frame_box box_about(const btg_cell *cell, btg_place place, double speed_u
 
 /* How deep a basin may be, part of the clearance: a polish leaves slopes. */
 #define BASIN_SHARE 0.25
+/* Reaches that are tried: from the tool's size down by this, to this part of it. */
+#define REACH_STEP 0.65
+#define REACH_MIN  4e-6
 
 /* Slopes at a contact: into the item at its edges, not below 0, and what is left of the others. */
 typedef struct basin_slopes {
@@ -177,14 +183,19 @@ typedef struct basin_slopes {
 /* Clear for all steps up to `reach` into the item, but for what the slopes that are left make of
  * it, `deep` at most: slopes into it are turned into curvature, g t >= (g / reach) t^2, and above
  * k t^2 the others lead down by g^2 / (4 k) at the most. */
-static bool basin_holds(const expansion *x, double reach, double share, const basin_slopes *slope,
-                        double deep) {
+static bool holds_at_share(const expansion *x, double reach, double share,
+                           const basin_slopes *slope, double deep) {
     lower_bound b;
     if (!bound_within(x, &(span){reach, reach, reach}, share, &b)) return false;
     double uu = b.huu + 2 * slope->u / reach, vv = b.hvv + 2 * slope->v / reach;
     double least = 0.5 * (uu + vv) - norm2(0.5 * (uu - vv), b.huv);
     double k = 0.5 * least - b.cubic * reach, g = slope->left;
     return k >= 0 && (g * reach <= deep || g * g <= 4 * k * deep);
+}
+
+static bool basin_holds(const expansion *x, double reach, const basin_slopes *slope, double deep) {
+    return holds_at_share(x, reach, 0.85, slope, deep) ||
+           holds_at_share(x, reach, 0.4, slope, deep);
 }
 
 static double widest_basin(const btg_tool_element *e) {
@@ -209,7 +220,7 @@ btg_basin btg_basin_make(btg_search *search, btg_place place, uint32_t element) 
     btg_surface_point *s = &search->here;
     btg_part_point(search->part, place, s);
     expansion x;
-    if (!expand(search, e, place.item, s, NULL, &x)) return basin;
+    if (!expand(search, e, place.item, s, &x)) return basin;
     bool triangle = place.item >= search->part->patch_count;
     bool edge_u = place.u <= 0 || place.u >= 1, edge_v = place.v <= 0 || place.v >= 1;
     double slope_u = edge_u ? (place.u <= 0 ? x.gu : -x.gu) : 0;
@@ -227,9 +238,11 @@ btg_basin btg_basin_make(btg_search *search, btg_place place, uint32_t element) 
     basin.speed_v = x.speed_v;
     double reach = min2(search->part->scale, widest_basin(e));
     if (x.curved) reach = min2(reach, likely_reach(&x));
-    for (int i = 0; i < BTG_BASIN_STEPS && basin.reach == 0; i++, reach *= 0.65)
-        if (basin_holds(&x, reach, 0.85, &slope, deep) || basin_holds(&x, reach, 0.4, &slope, deep))
-            basin.reach = reach;
+    double least = REACH_MIN * reach;
+    if (!basin_holds(&x, least, &slope, deep)) return basin; /* then none does */
+    for (; basin.reach == 0; reach *= REACH_STEP)
+        if (reach <= least || basin_holds(&x, reach, &slope, deep))
+            basin.reach = max2(reach, least);
     basin.deep = max2(-x.distance, 0) + deep;
     return basin;
 }
@@ -263,6 +276,26 @@ bool btg_basins_cover(btg_search *search, const btg_region *region, uint32_t ele
             return true;
         }
     return false;
+}
+
+unsigned btg_basins_covering(btg_search *search, unsigned bits) {
+    const btg_block *block = &search->block;
+    double widest = widest_basin(&search->query.tool->element[0]);
+    unsigned small = 0, covered = 0;
+    for (unsigned left = bits; left; left &= left - 1) {
+        int k = btg_lowest_bit(left);
+        if (block->radius[k] <= widest) small |= 1u << k;
+    }
+    if (!small) return 0;
+    if (search->basin_stale) renew(search);
+    for (int i = 0; i < 2; i++) {
+        const btg_basin *b = &search->basin[i];
+        if (b->element != 0 || !(b->reach > 0)) continue;
+        unsigned own = small & btg_block_about(block, b->place, b->speed_u, b->speed_v, b->reach);
+        if (own) search->deepest = max2(search->deepest, b->deep);
+        covered |= own;
+    }
+    return covered;
 }
 
 /* ---- about P ------------------------------------------------------------------------------ */
@@ -346,11 +379,11 @@ static double slopes_down(const btg_search *search, const expansion *x, btg_plac
 /* How deep one item at P can be in the tool within reach: by the lower bound of the distance, at
  * several shares, for so close by next to nothing need be spent. */
 static double deep_by(const btg_search *search, btg_place at, const btg_surface_point *s,
-                      const btg_ray_distance *plane, double reach) {
+                      btg_ray_distance d, double reach) {
     static const double share[] = {1e-4, 1e-2, 0.4};
     const btg_tool_element *e = &search->query.tool->element[0];
     expansion x;
-    if (!expand(search, e, at.item, s, plane, &x)) return INFINITY;
+    if (!expand_from(search, e, at.item, s, d, &x)) return INFINITY;
     double uu = 0, vv = 0, best = INFINITY, down = slopes_down(search, &x, at, reach, &uu, &vv);
     for (int i = 0; i < 3; i++) {
         lower_bound b;
@@ -380,7 +413,7 @@ static double deep_by_planes(const btg_search *search, btg_place at, const btg_s
         btg_vec3 out = vec_scale(vec_add(vec_scale(w, c), vec_scale(v, k)), -1 / length);
         btg_ray_distance d = {.distance = vec_dot(out, vec_sub(s->s, search->query.p)),
                               .normal = out};
-        best = min2(best, deep_by(search, at, s, &d, reach));
+        best = min2(best, deep_by(search, at, s, d, reach));
     }
     return best;
 }
@@ -390,7 +423,7 @@ static double deep_of_sheet(const btg_search *search, btg_place at, double reach
     btg_surface_point s;
     btg_part_point(search->part, at, &s);
     if (e->corner_radius_mm == 0) return deep_by_planes(search, at, &s, reach);
-    return deep_by(search, at, &s, NULL, reach);
+    return deep_by(search, at, &s, btg_ray_tool_distance(e, search->at, s.s), reach);
 }
 
 /* What was left of a sheet is at most that deep. */
@@ -409,7 +442,6 @@ double btg_search_deep_at_p(const btg_search *search) {
 
 bool btg_search_come_close_to_p(btg_search *search) {
     double enough = search->deep_at_p;
-    if (search->other_close) return false; /* once is enough */
     search->other_close = search->other_way > 0 && deep_within(search, search->other_way) > enough;
     bool any = search->other_close;
     for (uint32_t i = 0; i < search->sheet_count; i++) {
@@ -474,8 +506,8 @@ static double least_in_box(const expansion *x, const lower_bound *h, const frame
 
 /* The bound over a cell from an expansion at one of its places; and where it would be best
  * expanded: the nearest point by the Taylor polynomial. */
-static BTG_APART bool clear_from(const btg_search *search, const expansion *x, const frame_box *b,
-                                 double *to_u, double *to_v) {
+static bool clear_from(const btg_search *search, const expansion *x, const frame_box *b,
+                       double *to_u, double *to_v) {
     span p = {max2(-b->low_u, b->high_u), max2(-b->low_v, b->high_v), 0};
     p.reach = sqrt(p.u * p.u + p.v * p.v);
     lower_bound h;
@@ -504,7 +536,7 @@ bool btg_cell_clear_to_second_order(btg_search *search, const btg_region *region
         expansion x;
         double to_u, to_v;
         btg_part_point(part, place, s);
-        if (!expand(search, e, place.item, s, NULL, &x)) return false;
+        if (!expand(search, e, place.item, s, &x)) return false;
         if (x.distance < -search->tolerance) return false;
         frame_box b = box_about(&region->cell, place, x.speed_u, x.speed_v);
         if (clear_from(search, &x, &b, &to_u, &to_v)) return true;

@@ -1,4 +1,4 @@
-/* Bounds to second order, four pieces of a patch at a time.
+/* Bounds to second order, a block of pieces at a time.
  *
  * Of a torus or a solid's round corner the distance at a step x from a point is, with n the
  * gradient, m the meridian's and t the ring's tangent there, r the point's distance from the axis
@@ -34,7 +34,7 @@
 
 /* The next float up: bounds must not shrink. */
 static float round_up(double x) {
-    return (float)(x * (1 + 1e-7)) + 1e-37f;
+    return (float)(x * (1 + 1e-7)) + BTG_THIRD_MIN;
 }
 
 void btg_piece_root(const btg_part *part, uint32_t item, btg_piece *piece) {
@@ -49,135 +49,153 @@ static const float third_scale[3][4] = {{0.125f, 0.125f, 0.125f, 0.125f},
                                         {1.0f / 64, 1.0f / 16, 0.25f, 1},
                                         {1, 0.25f, 1.0f / 16, 1.0f / 64}};
 
-/* Bounds of the four pieces' third derivatives, in units of their half sides. */
+/* Bounds of the pieces' third derivatives, in units of their half sides. */
 typedef struct thirds {
-    lanes uuu, uuv, uvv, vvv;
+    BTG_ALIGNED double uuu[BTG_BLOCK], uuv[BTG_BLOCK], uvv[BTG_BLOCK], vvv[BTG_BLOCK];
 } thirds;
 
-static ALWAYS_INLINE lanes widened(const float from[4]) {
-    double wide[4];
-    for (int k = 0; k < 4; k++)
-        wide[k] = (double)from[k];
-    return lanes_load(wide);
+static void set_thirds(const btg_part *part, const btg_piece *piece, int first, thirds *to) {
+    double *out[4] = {to->uuu + first, to->uuv + first, to->uvv + first, to->vvv + first};
+    const float *scale = third_scale[piece->cut];
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < 4; k++)
+            out[i][k] = (double)(piece->quarters ? part->quarters[piece->quarters].third[i][k]
+                                                 : scale[i] * piece->third[i]);
 }
 
-static ALWAYS_INLINE thirds thirds_of(const btg_part *part, const btg_piece *piece) {
-    if (piece->quarters) {
-        const btg_quarters *q = &part->quarters[piece->quarters];
-        return (thirds){widened(q->third[0]), widened(q->third[1]), widened(q->third[2]),
-                        widened(q->third[3])};
-    }
-    const float *scale = third_scale[piece->cut], *t = piece->third;
-    return (thirds){lanes_all((double)(scale[0] * t[0])), lanes_all((double)(scale[1] * t[1])),
-                    lanes_all((double)(scale[2] * t[2])), lanes_all((double)(scale[3] * t[3]))};
-}
-
-/* Parameters of the quarters. */
-static void place_quarters(const btg_piece *piece, btg_block *block) {
+/* Parameters of the quarters, from number `first` on. */
+static void place_quarters(const btg_piece *piece, int first, btg_block *block) {
     static const double side[3][2][4] = {{{-0.5, 0.5, -0.5, 0.5}, {-0.5, -0.5, 0.5, 0.5}},
                                          {{-0.75, -0.25, 0.25, 0.75}, {0, 0, 0, 0}},
                                          {{0, 0, 0, 0}, {-0.75, -0.25, 0.25, 0.75}}};
     static const double half[3][2] = {{0.5, 0.5}, {0.25, 1}, {1, 0.25}};
     const double *su = side[piece->cut][0], *sv = side[piece->cut][1];
-    lanes u = lanes_mad(lanes_all(piece->u), lanes_load(su), lanes_all(piece->hu));
-    lanes v = lanes_mad(lanes_all(piece->v), lanes_load(sv), lanes_all(piece->hv));
-    lanes_store(block->u, u);
-    lanes_store(block->v, v);
-    block->hu = half[piece->cut][0] * piece->hu;
-    block->hv = half[piece->cut][1] * piece->hv;
+    double hu = half[piece->cut][0] * piece->hu, hv = half[piece->cut][1] * piece->hv;
+    for (int k = 0; k < 4; k++) {
+        block->u[first + k] = piece->u + su[k] * piece->hu;
+        block->v[first + k] = piece->v + sv[k] * piece->hv;
+        block->hu[first + k] = hu;
+        block->hv[first + k] = hv;
+    }
 }
 
-static ALWAYS_INLINE lanes length(lanes3 a) {
-    return lanes_sqrt(lanes3_dot(a, a));
+static ALWAYS_INLINE lanes norm2_of(lanes3 a) {
+    return lanes3_dot(a, a);
 }
 
-static btg_cut cut_of(double u, double v) {
-    if (u > LONG_SIDE * v) return BTG_CUT_U;
-    return v > LONG_SIDE * u ? BTG_CUT_V : BTG_CUT_BOTH;
+/* By the squares of its sides. */
+static btg_cut cut_of(double u2, double v2) {
+    if (u2 > LONG_SIDE * LONG_SIDE * v2) return BTG_CUT_U;
+    return v2 > LONG_SIDE * LONG_SIDE * u2 ? BTG_CUT_V : BTG_CUT_BOTH;
 }
 
 btg_cut btg_piece_cut(const btg_part *part, const btg_piece *piece) {
     btg_surface_point s;
     btg_patch_evaluate(&part->patches[piece->item], piece->u, piece->v, &s);
     double hu = piece->hu, hv = piece->hv;
-    return cut_of(hu * (vec_norm(s.su) + 0.5 * hu * vec_norm(s.suu)),
-                  hv * (vec_norm(s.sv) + 0.5 * hv * vec_norm(s.svv)));
+    double uu = 0.5 * hu * vec_norm(s.suu), vv = 0.5 * hv * vec_norm(s.svv);
+    return cut_of(hu * hu * (vec_norm2(s.su) + uu * uu), hv * hv * (vec_norm2(s.sv) + vv * vv));
 }
 
 void btg_block_quarter(const btg_part *part, const btg_block *block, int k, btg_piece *piece) {
-    const btg_piece *whole = &block->whole;
+    const btg_piece *whole = &block->whole[k / 4];
     piece->u = block->u[k];
     piece->v = block->v[k];
-    piece->hu = block->hu;
-    piece->hv = block->hv;
+    piece->hu = block->hu[k];
+    piece->hv = block->hv[k];
     piece->item = whole->item;
     piece->quarters = 0;
     if (whole->quarters) {
         const btg_quarters *stored = &part->quarters[whole->quarters];
         for (int i = 0; i < 4; i++)
-            piece->third[i] = stored->third[i][k];
-        piece->quarters = stored->child[k];
-        piece->cut = (btg_cut)stored->cut[k];
+            piece->third[i] = stored->third[i][k % 4];
+        piece->quarters = stored->child[k % 4];
+        piece->cut = (btg_cut)stored->cut[k % 4];
     } else {
-        for (int i = 0; i < 4; i++)
-            piece->third[i] = third_scale[whole->cut][i] * whole->third[i];
+        for (int i = 0; i < 4; i++) {
+            float third = third_scale[whole->cut][i] * whole->third[i];
+            piece->third[i] = third > BTG_THIRD_MIN ? third : BTG_THIRD_MIN;
+        }
     }
-    if (!piece->quarters) piece->cut = cut_of(block->side_u[k], block->side_v[k]);
+    if (!piece->quarters) piece->cut = cut_of(block->side_u2[k], block->side_v2[k]);
 }
 
-static ALWAYS_INLINE lanes3 scale(lanes3_memory *v, lanes by) {
-    lanes3 scaled = lanes3_scale(lanes3_load(v), by);
-    lanes3_store(v, scaled);
+static ALWAYS_INLINE lanes3 scale(lanes3_memory *v, int i, lanes by) {
+    lanes3 scaled = lanes3_scale(lanes3_load(v, i), by);
+    lanes3_store(v, i, scaled);
     return scaled;
 }
 
-void btg_block_make(const btg_part *part, const btg_piece *piece, btg_block *block) {
-    const btg_patch *patch = &part->patches[piece->item];
-    block->whole = *piece;
-    place_quarters(piece, block);
-    btg_patch_evaluate_four(patch, block->u, block->v, &block->at);
-    lanes hu = lanes_all(block->hu), hv = lanes_all(block->hv);
-    lanes uu = length(scale(&block->at.suu, lanes_mul(hu, hu)));
-    lanes uv = length(scale(&block->at.suv, lanes_mul(hu, hv)));
-    lanes vv = length(scale(&block->at.svv, lanes_mul(hv, hv)));
-    lanes3 a = scale(&block->at.su, hu), b = scale(&block->at.sv, hv);
-    lanes over = lanes_all(1 + 1e-12), half = lanes_all(0.5);
-    thirds t = thirds_of(part, piece);
+/* Derivatives from number i on in units of half sides, and how far the pieces reach. */
+static ALWAYS_INLINE void measure(const thirds *t, lanes rounding, int i, btg_block *block) {
+    lanes hu = lanes_load(block->hu + i), hv = lanes_load(block->hv + i);
+    lanes uu2 = norm2_of(scale(&block->at.suu, i, lanes_mul(hu, hu)));
+    lanes uv2 = norm2_of(scale(&block->at.suv, i, lanes_mul(hu, hv)));
+    lanes vv2 = norm2_of(scale(&block->at.svv, i, lanes_mul(hv, hv)));
+    lanes uu = lanes_sqrt(uu2), uv = lanes_sqrt(uv2), vv = lanes_sqrt(vv2);
+    lanes3 a = scale(&block->at.su, i, hu), b = scale(&block->at.sv, i, hv);
+    lanes over = lanes_all(1 + 1e-12), half = lanes_all(0.5), three = lanes_all(3);
     lanes sixth = lanes_all((1 + 1e-12) / 6);
-    lanes third_u = lanes_mad(t.uuu, lanes_all(3), t.uuv);
-    lanes third_v = lanes_mad(t.vvv, lanes_all(3), t.uvv);
+    lanes third_u = lanes_mad(lanes_load(t->uuu + i), three, lanes_load(t->uuv + i));
+    lanes third_v = lanes_mad(lanes_load(t->vvv + i), three, lanes_load(t->uvv + i));
     third_u = lanes_mul(third_u, sixth);
     third_v = lanes_mul(third_v, sixth);
-    lanes error = lanes_add(lanes_add(third_u, third_v), lanes_all(patch->rounding));
+    lanes error = lanes_add(lanes_add(third_u, third_v), rounding);
     lanes bend = lanes_mad(error, half, lanes_add(uu, vv));
     bend = lanes_mul(lanes_add(bend, uv), over);
     lanes aa = lanes3_dot(a, a), bb = lanes3_dot(b, b), ab = lanes_abs(lanes3_dot(a, b));
     lanes diagonal = lanes_sqrt(lanes_add(lanes_add(aa, bb), lanes_add(ab, ab)));
-    lanes_store(block->side_u, lanes_mad(lanes_add(lanes_sqrt(aa), third_u), half, uu));
-    lanes_store(block->side_v, lanes_mad(lanes_add(lanes_sqrt(bb), third_v), half, vv));
-    lanes_store(block->error, error);
-    lanes_store(block->bend, bend);
-    lanes_store(block->radius, lanes_mad(bend, diagonal, over));
+    lanes quarter = lanes_all(0.25);
+    lanes_store(block->side_u2 + i, lanes_mad(lanes_mad(aa, third_u, third_u), quarter, uu2));
+    lanes_store(block->side_v2 + i, lanes_mad(lanes_mad(bb, third_v, third_v), quarter, vv2));
+    lanes_store(block->error + i, error);
+    lanes_store(block->bend + i, bend);
+    lanes_store(block->radius + i, lanes_mad(bend, diagonal, over));
 }
 
-static void widen(const float from[3][4], lanes3_memory *to) {
-    for (int k = 0; k < 4; k++) {
-        for (int c = 0; c < 3; c++)
-            to->at[c][k] = (double)from[c][k];
+void btg_block_make(const btg_part *part, const btg_piece *const piece[], uint32_t pieces,
+                    btg_block *block) {
+    const btg_patch *patch[2] = {NULL, NULL};
+    BTG_ALIGNED double rounding[BTG_BLOCK];
+    thirds third;
+    block->count = 4 * pieces;
+    for (uint32_t p = 0; p < 2; p++) { /* one alone stands twice */
+        const btg_piece *whole = piece[p < pieces ? p : 0];
+        int first = 4 * (int)p;
+        patch[p] = &part->patches[whole->item];
+        block->whole[p] = *whole;
+        place_quarters(whole, first, block);
+        set_thirds(part, whole, first, &third);
+        for (int k = 0; k < 4; k++)
+            rounding[first + k] = patch[p]->rounding;
     }
+    btg_patch_evaluate_block(patch, (int)pieces, block->u, block->v, &block->at);
+    for (uint32_t i = 0; i < block->count; i += BTG_LANES)
+        measure(&third, lanes_load(rounding + i), (int)i, block);
 }
 
-void btg_block_of_node(const btg_node *node, btg_block *block) {
-    widen(node->centre, &block->at.s);
-    widen(node->a, &block->at.su);
-    widen(node->b, &block->at.sv);
-    widen(node->uu, &block->at.suu);
-    widen(node->uv, &block->at.suv);
-    widen(node->vv, &block->at.svv);
-    for (int k = 0; k < 4; k++) {
-        block->error[k] = (double)node->error[k];
-        block->bend[k] = (double)node->bend[k];
-        block->radius[k] = (double)node->radius[k];
+static void widen(const float from[3][4], int first, lanes3_memory *to) {
+    for (int c = 0; c < 3; c++)
+        for (int k = 0; k < 4; k++)
+            to->at[c][first + k] = (double)from[c][k];
+}
+
+void btg_block_of_nodes(const btg_node *const node[], uint32_t nodes, btg_block *block) {
+    block->count = 4 * nodes;
+    for (uint32_t p = 0; p < (BTG_LANES == 8 ? 2 : nodes); p++) {
+        const btg_node *n = node[p < nodes ? p : 0];
+        int first = 4 * (int)p;
+        widen(n->centre, first, &block->at.s);
+        widen(n->a, first, &block->at.su);
+        widen(n->b, first, &block->at.sv);
+        widen(n->uu, first, &block->at.suu);
+        widen(n->uv, first, &block->at.suv);
+        widen(n->vv, first, &block->at.svv);
+        for (int k = 0; k < 4; k++) {
+            block->error[first + k] = (double)n->error[k];
+            block->bend[first + k] = (double)n->bend[k];
+            block->radius[first + k] = (double)n->radius[k];
+        }
     }
 }
 
@@ -192,7 +210,8 @@ void btg_block_of_triangles(const btg_part *part, const uint32_t *triangles, uin
     memset(&block->at.suu, 0, sizeof block->at.suu);
     memset(&block->at.suv, 0, sizeof block->at.suv);
     memset(&block->at.svv, 0, sizeof block->at.svv);
-    for (uint32_t k = 0; k < 4; k++) {
+    block->count = count;
+    for (uint32_t k = 0; k < (count + BTG_LANES - 1) / BTG_LANES * BTG_LANES; k++) {
         btg_vec3 c[3];
         btg_triangle_corners(part, triangles[k < count ? k : 0], c);
         btg_vec3 a = vec_scale(vec_sub(c[1], c[0]), 0.5), b = vec_scale(vec_sub(c[2], c[0]), 0.5);
@@ -222,6 +241,30 @@ static ALWAYS_INLINE minimum better(minimum m, lanes value, lanes s, lanes t) {
                      lanes_if_less(value, m.value, t, m.t)};
 }
 
+/* What is divided by is this at the least, so that products of three do not vanish. */
+#define SMALLEST 1e-90
+
+/* Inverses of positive numbers: divisions are slow. */
+static ALWAYS_INLINE void invert_two(lanes a, lanes b, lanes *ia, lanes *ib) {
+    lanes inverse = lanes_div(lanes_all(1), lanes_mul(a, b));
+    *ia = lanes_mul(b, inverse);
+    *ib = lanes_mul(a, inverse);
+}
+
+static ALWAYS_INLINE void invert_three(lanes a, lanes b, lanes c, lanes *ia, lanes *ib, lanes *ic) {
+    lanes ab = lanes_mul(a, b), inverse = lanes_div(lanes_all(1), lanes_mul(ab, c));
+    lanes iab = lanes_mul(c, inverse);
+    *ic = lanes_mul(ab, inverse);
+    *ia = lanes_mul(b, iab);
+    *ib = lanes_mul(a, iab);
+}
+
+/* 1 where it is not positive. */
+static ALWAYS_INLINE lanes divisor(lanes a) {
+    lanes held = lanes_max(a, lanes_all(SMALLEST));
+    return lanes_if_less(lanes_all(0), a, held, lanes_all(1));
+}
+
 /* Where g t + h t^2 / 2 is least on |t| <= 1; inverse: 1 / h where h > 0. */
 static ALWAYS_INLINE lanes least_on_side(lanes g, lanes h, lanes inverse) {
     lanes one = lanes_all(1), minus = lanes_all(-1), zero = lanes_all(0);
@@ -232,8 +275,8 @@ static ALWAYS_INLINE lanes least_on_side(lanes g, lanes h, lanes inverse) {
 /* The least over the square: on one of its sides, or inside where the form is convex. */
 static ALWAYS_INLINE minimum least_in_square(const quadratic *q) {
     lanes half = lanes_all(0.5), zero = lanes_all(0), one = lanes_all(1), minus = lanes_all(-1);
-    lanes iu = lanes_div(one, lanes_if_less(zero, q->uu, q->uu, one));
-    lanes iv = lanes_div(one, lanes_if_less(zero, q->vv, q->vv, one));
+    lanes det = lanes_sub(lanes_mul(q->uu, q->vv), lanes_mul(q->uv, q->uv)), iu, iv, inverse;
+    invert_three(divisor(q->uu), divisor(q->vv), divisor(det), &iu, &iv, &inverse);
     lanes huu = lanes_mul(half, q->uu), hvv = lanes_mul(half, q->vv);
     lanes g, x;
     minimum m;
@@ -249,8 +292,6 @@ static ALWAYS_INLINE minimum least_in_square(const quadratic *q) {
     g = lanes_sub(q->a, q->uv);
     x = least_on_side(g, q->uu, iu);
     m = better(m, lanes_add(lanes_sub(hvv, q->b), lanes_mul(lanes_mad(g, huu, x), x)), x, minus);
-    lanes det = lanes_sub(lanes_mul(q->uu, q->vv), lanes_mul(q->uv, q->uv));
-    lanes inverse = lanes_div(one, lanes_if_less(zero, det, det, one));
     lanes s = lanes_mul(lanes_sub(lanes_mul(q->uv, q->b), lanes_mul(q->vv, q->a)), inverse);
     lanes t = lanes_mul(lanes_sub(lanes_mul(q->uv, q->a), lanes_mul(q->uu, q->b)), inverse);
     lanes value = lanes_mul(half, lanes_mad(lanes_mul(q->a, s), q->b, t));
@@ -261,10 +302,30 @@ static ALWAYS_INLINE minimum least_in_square(const quadratic *q) {
     return better(m, value, s, t);
 }
 
+/* Near where the form is least over the square: from where it would be least without sides, or the
+ * corner down the slope, held by one side, then along the other. */
+static ALWAYS_INLINE void near_least(const quadratic *q, lanes *s, lanes *t) {
+    lanes zero = lanes_all(0), one = lanes_all(1), minus = lanes_all(-1);
+    lanes det = lanes_sub(lanes_mul(q->uu, q->vv), lanes_mul(q->uv, q->uv)), iu, iv, inverse;
+    lanes convex = lanes_min(det, q->uu);
+    invert_three(divisor(q->uu), divisor(q->vv), divisor(det), &iu, &iv, &inverse);
+    lanes first = lanes_mul(lanes_sub(lanes_mul(q->uv, q->b), lanes_mul(q->vv, q->a)), inverse);
+    first = lanes_if_less(zero, convex, first, lanes_if_less(zero, q->a, minus, one));
+    first = lanes_max(minus, lanes_min(one, first));
+    *t = least_on_side(lanes_mad(q->b, q->uv, first), q->vv, iv);
+    *s = least_on_side(lanes_mad(q->a, q->uv, *t), q->uu, iu);
+}
+
+static ALWAYS_INLINE lanes value_at(const quadratic *q, lanes s, lanes t) {
+    lanes half = lanes_all(0.5);
+    lanes along_s = lanes_mad(lanes_mad(q->a, lanes_mul(half, q->uu), s), q->uv, t);
+    return lanes_mad(lanes_mul(along_s, s), lanes_mad(q->b, lanes_mul(half, q->vv), t), t);
+}
+
 /* The point's place in the tool's frame, and the gradient there. */
 typedef struct place {
     lanes3 radial, ring; /* unit, away from the axis and along the ring */
-    lanes r, height, far;
+    lanes r, height, far, inverse_r, inverse_far;
     lanes n_r, n_z; /* gradient: along radial and axis */
 } place;
 
@@ -273,9 +334,9 @@ static ALWAYS_INLINE lanes dot_one(lanes3 a, btg_vec3 b) {
                      lanes_all(b.z));
 }
 
-static ALWAYS_INLINE place place_of(const btg_block *block, const btg_tool_element *e,
+static ALWAYS_INLINE place place_of(const btg_block *block, int i, const btg_tool_element *e,
                                     const btg_placement *at) {
-    lanes3 c = lanes3_load(&block->at.s);
+    lanes3 c = lanes3_load(&block->at.s, i);
     lanes3 d = {lanes_sub(c.x, lanes_all(at->centre.x)), lanes_sub(c.y, lanes_all(at->centre.y)),
                 lanes_sub(c.z, lanes_all(at->centre.z))};
     lanes x = lanes_all(at->axis.x), y = lanes_all(at->axis.y), z = lanes_all(at->axis.z);
@@ -283,8 +344,8 @@ static ALWAYS_INLINE place place_of(const btg_block *block, const btg_tool_eleme
     p.height = dot_one(d, at->axis);
     lanes3 radial = {lanes_sub(d.x, lanes_mul(p.height, x)), lanes_sub(d.y, lanes_mul(p.height, y)),
                      lanes_sub(d.z, lanes_mul(p.height, z))};
-    p.r = lanes_max(length(radial), lanes_all(1e-300));
-    lanes inverse = lanes_div(lanes_all(1), p.r);
+    p.r = lanes_max(lanes_sqrt(norm2_of(radial)), lanes_all(1e-30));
+    lanes inverse = p.inverse_r = lanes_div(lanes_all(1), p.r);
     p.radial = (lanes3){lanes_mul(radial.x, inverse), lanes_mul(radial.y, inverse),
                         lanes_mul(radial.z, inverse)};
     p.ring = (lanes3){lanes_sub(lanes_mul(y, p.radial.z), lanes_mul(z, p.radial.y)),
@@ -294,7 +355,7 @@ static ALWAYS_INLINE place place_of(const btg_block *block, const btg_tool_eleme
     if (!e->hollow) out = lanes_max(out, lanes_all(0));
     lanes down = lanes_min(p.height, lanes_all(0));
     p.far = lanes_sqrt(lanes_mad(lanes_mul(out, out), down, down));
-    lanes over = lanes_div(lanes_all(1), lanes_max(p.far, lanes_all(1e-300)));
+    lanes over = p.inverse_far = lanes_div(lanes_all(1), lanes_max(p.far, lanes_all(1e-30)));
     p.n_r = lanes_mul(out, over);
     p.n_z = lanes_mul(down, over);
     return p;
@@ -316,13 +377,10 @@ static ALWAYS_INLINE lanes sum_abs(lanes a, lanes b) {
     return lanes_add(lanes_abs(a), lanes_abs(b));
 }
 
-/* How far a tangential part of the pieces' second derivatives leads. */
-static ALWAYS_INLINE lanes bend_along(const btg_block *block, lanes3 d) {
-    lanes uu = lanes_abs(lanes3_dot(d, lanes3_load(&block->at.suu)));
-    lanes uv = lanes_abs(lanes3_dot(d, lanes3_load(&block->at.suv)));
-    lanes vv = lanes_abs(lanes3_dot(d, lanes3_load(&block->at.svv)));
-    lanes sum = lanes_mad(uv, lanes_all(0.5), lanes_add(uu, vv));
-    return lanes_add(sum, lanes_load(block->error));
+/* How far the pieces reach along the axis. */
+static ALWAYS_INLINE lanes reach_up(const btg_block *block, int i, btg_vec3 axis) {
+    lanes3 a = lanes3_load(&block->at.su, i), b = lanes3_load(&block->at.sv, i);
+    return lanes_add(sum_abs(dot_one(a, axis), dot_one(b, axis)), lanes_load(block->bend + i));
 }
 
 /* The pieces in the frame at their centres: first derivatives along n, m and t, the second along n,
@@ -330,40 +388,54 @@ static ALWAYS_INLINE lanes bend_along(const btg_block *block, lanes3 d) {
 typedef struct frame {
     lanes na, nb, ma, mb, ta, tb, nuu, nuv, nvv;
     lanes linear_m, bend_m, bend_t; /* along m: first order, second order; along t: second */
-    lanes reach_n, reach_m, reach_t, reach_r, reach_up;
+    lanes reach_n, reach_m, reach_t, reach_r;
 } frame;
 
-static ALWAYS_INLINE lanes3 in_meridian(const place *p, btg_vec3 axis, lanes along_r,
-                                        lanes along_z) {
-    return (lanes3){lanes_mad(lanes_mul(along_r, p->radial.x), along_z, lanes_all(axis.x)),
-                    lanes_mad(lanes_mul(along_r, p->radial.y), along_z, lanes_all(axis.y)),
-                    lanes_mad(lanes_mul(along_r, p->radial.z), along_z, lanes_all(axis.z))};
+/* A vector away from the tool's axis, along its ring and along its axis. */
+typedef struct local {
+    lanes r, t, z;
+} local;
+
+static ALWAYS_INLINE local local_of(const lanes3_memory *v, int i, const place *p, btg_vec3 axis) {
+    lanes3 x = lanes3_load(v, i);
+    return (local){lanes3_dot(p->radial, x), lanes3_dot(p->ring, x), dot_one(x, axis)};
 }
 
-static ALWAYS_INLINE frame frame_of(const btg_block *block, const btg_placement *at,
+static ALWAYS_INLINE lanes along_n(const place *p, const local *x) {
+    return lanes_mad(lanes_mul(p->n_r, x->r), p->n_z, x->z);
+}
+
+static ALWAYS_INLINE lanes along_m(const place *p, const local *x) {
+    return lanes_sub(lanes_mul(p->n_r, x->z), lanes_mul(p->n_z, x->r));
+}
+
+/* How far a tangential part of the second derivatives leads. */
+static ALWAYS_INLINE lanes bend_along(lanes uu, lanes uv, lanes vv, lanes error) {
+    lanes sum = lanes_add(lanes_abs(uu), lanes_abs(vv));
+    return lanes_add(lanes_mad(lanes_abs(uv), lanes_all(0.5), sum), error);
+}
+
+static ALWAYS_INLINE frame frame_of(const btg_block *block, int i, const btg_placement *at,
                                     const place *p) {
-    lanes3 a = lanes3_load(&block->at.su), b = lanes3_load(&block->at.sv);
-    lanes3 n = in_meridian(p, at->axis, p->n_r, p->n_z);
-    lanes3 m = in_meridian(p, at->axis, lanes_sub(lanes_all(0), p->n_z), p->n_r);
-    lanes bend = lanes_load(block->bend);
-    frame f;
-    f.na = lanes3_dot(n, a);
-    f.nb = lanes3_dot(n, b);
-    f.ma = lanes3_dot(m, a);
-    f.mb = lanes3_dot(m, b);
-    f.ta = lanes3_dot(p->ring, a);
-    f.tb = lanes3_dot(p->ring, b);
-    f.nuu = lanes3_dot(n, lanes3_load(&block->at.suu));
-    f.nuv = lanes3_dot(n, lanes3_load(&block->at.suv));
-    f.nvv = lanes3_dot(n, lanes3_load(&block->at.svv));
+    local a = local_of(&block->at.su, i, p, at->axis), b = local_of(&block->at.sv, i, p, at->axis);
+    local uu = local_of(&block->at.suu, i, p, at->axis);
+    local uv = local_of(&block->at.suv, i, p, at->axis);
+    local vv = local_of(&block->at.svv, i, p, at->axis);
+    lanes bend = lanes_load(block->bend + i), error = lanes_load(block->error + i);
+    frame f = {.na = along_n(p, &a), .nb = along_n(p, &b), .ma = along_m(p, &a)};
+    f.mb = along_m(p, &b);
+    f.ta = a.t;
+    f.tb = b.t;
+    f.nuu = along_n(p, &uu);
+    f.nuv = along_n(p, &uv);
+    f.nvv = along_n(p, &vv);
     f.linear_m = sum_abs(f.ma, f.mb);
-    f.bend_m = bend_along(block, m);
-    f.bend_t = bend_along(block, p->ring);
+    f.bend_m = bend_along(along_m(p, &uu), along_m(p, &uv), along_m(p, &vv), error);
+    f.bend_t = bend_along(uu.t, uv.t, vv.t, error);
     f.reach_n = lanes_add(sum_abs(f.na, f.nb), bend);
     f.reach_m = lanes_add(f.linear_m, f.bend_m);
     f.reach_t = lanes_add(sum_abs(f.ta, f.tb), f.bend_t);
-    f.reach_r = lanes_add(sum_abs(lanes3_dot(a, p->radial), lanes3_dot(b, p->radial)), bend);
-    f.reach_up = lanes_add(sum_abs(dot_one(a, at->axis), dot_one(b, at->axis)), bend);
+    f.reach_r = lanes_add(sum_abs(a.r, b.r), bend);
     return f;
 }
 
@@ -385,53 +457,65 @@ typedef struct across {
 } across;
 
 /* On the circle's distance A = D + x_n the square x_m^2 weighs G = 1 / (2 A + m^2 / (2 A)) at
- * least, m the most of x_m. G is convex: at least c / 2 - c^2 / 2 x_n, c / 2 its value at D. The
- * second part counts where x_n > 0 only, and there by m^2 at most: paid, a part of x_n + n, n the
- * most of x_n. Where G is not convex that far, its least. */
-static ALWAYS_INLINE across bend_across(const place *p, lanes far_m, lanes far_n) {
-    lanes zero = lanes_all(0), one = lanes_all(1), m2 = lanes_mul(far_m, far_m);
-    lanes far = lanes_max(p->far, lanes_all(1e-300)), quarter = lanes_all(0.25);
-    lanes share = lanes_div(m2, far);
-    lanes least = lanes_mad(lanes_add(far, far_n), lanes_all(0.5), share);
-    lanes here = lanes_mad(far, quarter, share);
-    lanes convex = lanes_sub(lanes_sub(far, far_n), lanes_mul(lanes_all(0.87), far_m));
-    lanes c = lanes_div(one, lanes_if_less(zero, convex, here, least));
-    lanes paid = lanes_mul(quarter, lanes_mul(lanes_mul(c, c), m2));
-    return (across){c, lanes_if_less(zero, convex, paid, zero)};
+ * least, m the most of x_m. G is convex: at least c / 2 - c^2 / 2 (x_n - X), c / 2 its value at
+ * D + X, X that of the nearest place. The second part counts where x_n > X only, and there by m^2
+ * at most: on |x_n| <= n by the chord of that, paid, a part of x_n + n. Its least over all of
+ * that, and nothing paid, is another bound: better where the nearest place is near the middle of
+ * the meridian, and the only one where G is not convex that far. */
+static ALWAYS_INLINE across bend_across(const place *p, lanes far_m, lanes far_n, lanes x_n,
+                                        lanes mu) {
+    lanes zero = lanes_all(0), half = lanes_all(0.5), quarter = lanes_all(0.25);
+    lanes tiny = lanes_all(1e-30), m2 = lanes_mul(far_m, far_m), far = lanes_max(p->far, tiny);
+    lanes low = lanes_max(lanes_sub(far, far_n), tiny), here = lanes_max(lanes_add(far, x_n), low);
+    lanes all = lanes_mad(lanes_mul(far, lanes_add(far, far_n)), half, m2);
+    lanes at = lanes_mad(lanes_mul(here, here), quarter, m2), least, c, chord;
+    invert_three(at, all, lanes_max(far_n, tiny), &c, &least, &chord);
+    c = lanes_mul(here, c);
+    least = lanes_mul(far, least);
+    chord = lanes_mul(lanes_sub(far_n, x_n), chord); /* twice its slope */
+    lanes paid = lanes_mul(lanes_mul(quarter, chord), lanes_mul(lanes_mul(c, c), m2));
+    lanes loss = lanes_mul(paid, lanes_add(far_n, x_n));
+    lanes other = lanes_mul(half, lanes_mul(lanes_sub(c, least), lanes_mul(mu, mu)));
+    lanes convex = lanes_sub(low, lanes_mul(lanes_all(0.87), far_m));
+    other = lanes_if_less(zero, convex, other, lanes_all(-INFINITY));
+    return (across){lanes_if_less(loss, other, c, least), lanes_if_less(loss, other, paid, zero)};
 }
 
 /* The form from below; *off comes off its least. */
 static ALWAYS_INLINE quadratic lower_form(const btg_tool_element *e, const place *p, const frame *f,
-                                          lanes error, const minimum *nearest, lanes *off) {
+                                          lanes up, lanes error, lanes x_n, lanes mu, lanes *off) {
     lanes zero = lanes_all(0), half = lanes_all(0.5), one = lanes_all(1);
     lanes steep = lanes_abs(p->n_z);
     lanes inner = lanes_sub(p->r, f->reach_r), aside2 = lanes_mul(f->reach_t, f->reach_t);
-    lanes outer = lanes_add(lanes_add(p->r, f->reach_r), lanes_mul(aside2, lanes_div(half, p->r)));
+    lanes outer = lanes_add(p->r, f->reach_r), inner1, outer1;
+    outer = lanes_mad(outer, aside2, lanes_mul(half, p->inverse_r));
     lanes safe = lanes_max(inner, lanes_mul(p->r, lanes_all(0.05)));
-    lanes inner1 = lanes_div(one, safe), turn = lanes_mul(half, lanes_mul(aside2, inner1));
+    invert_two(safe, outer, &inner1, &outer1);
+    lanes turn = lanes_mul(half, lanes_mul(aside2, inner1));
 
     lanes far_m = lanes_mad(f->reach_m, steep, turn);
     lanes far_n = lanes_mad(f->reach_n, lanes_abs(p->n_r), turn);
-    across x = bend_across(p, far_m, far_n);
+    x_n = lanes_max(lanes_sub(zero, far_n), lanes_min(far_n, x_n));
+    across x = bend_across(p, far_m, far_n, x_n, mu);
     lanes c = x.c;
-    c = lanes_if_less(zero, lanes_add(p->height, f->reach_up), zero, c);
+    c = lanes_if_less(zero, lanes_add(p->height, up), zero, c);
     c = lanes_if_less(inner, safe, zero, c);
     if (!e->hollow) c = lanes_if_less(inner, lanes_all(e->ring_radius_mm), zero, c);
 
     lanes paid = lanes_if_less(zero, c, x.paid, zero), weight = lanes_sub(one, paid);
-    lanes mu = lanes_mad(lanes_mul(f->ma, nearest->s), f->mb, nearest->t);
     lanes slope = lanes_mad(lanes_mul(p->n_r, weight), lanes_mul(c, steep), mu); /* in tau */
-    lanes k = lanes_if_less(slope, zero, lanes_mul(slope, inner1), lanes_div(slope, outer));
+    lanes k = lanes_if_less(slope, zero, lanes_mul(slope, inner1), lanes_mul(slope, outer1));
     lanes spent = lanes_mul(lanes_mul(c, steep), lanes_mul(steep, lanes_mul(turn, inner1)));
     k = lanes_sub(k, lanes_mul(lanes_all(0.5 * (1 / SHARE - 1)), spent));
 
     /* - SHARE c (m.x - mu)^2 / 2 */
-    quadratic q = form_of(f, lanes_mul(c, lanes_all(1 - SHARE)), k, weight);
+    lanes left = lanes_mul(c, lanes_all(1 - SHARE));
+    quadratic q = form_of(f, left, k, weight);
     lanes pull = lanes_mul(lanes_mul(lanes_all(SHARE), c), mu);
     q.a = lanes_mad(q.a, pull, f->ma);
     q.b = lanes_mad(q.b, pull, f->mb);
     lanes constant = lanes_mad(lanes_mul(half, lanes_mul(pull, mu)), paid, far_n);
-    lanes m_off = lanes_mul(c, lanes_mad(f->linear_m, lanes_all(SHARE), lanes_abs(mu)));
+    lanes m_off = lanes_mad(lanes_abs(pull), left, f->linear_m);
     lanes products = lanes_mul(m_off, f->bend_m);
     products = lanes_mad(products, lanes_mul(lanes_abs(k), f->reach_t), f->bend_t);
     *off = lanes_add(lanes_add(error, products), constant);
@@ -443,38 +527,68 @@ static ALWAYS_INLINE quadratic lower_form(const btg_tool_element *e, const place
     return q;
 }
 
-void btg_block_bounds(const btg_block *block, const btg_tool_element *e, const btg_placement *at,
-                      double enough, btg_block_bound *bound) {
-    place p = place_of(block, e, at);
+/* Of the pieces from number i on. */
+static ALWAYS_INLINE void bounds_from(const btg_block *block, int i, const btg_tool_element *e,
+                                      const btg_placement *at, double enough,
+                                      btg_block_bound *bound) {
+    place p = place_of(block, i, e, at);
     lanes distance = lanes_sub(p.far, lanes_all(e->corner_radius_mm));
-    lanes radius = lanes_load(block->radius), ball = lanes_sub(distance, radius);
-    lanes_store(bound->distance, distance);
-    lanes_store(bound->height, p.height);
-    lanes_store(bound->low, ball);
-    if (bound->low[0] >= enough && bound->low[1] >= enough && bound->low[2] >= enough &&
-        bound->low[3] >= enough) {
-        lanes_store(bound->form, ball);
-        lanes_store(bound->least, distance);
-        lanes_store(bound->top, lanes_add(p.height, radius));
-        lanes_store(bound->s, lanes_all(0));
-        lanes_store(bound->t, lanes_all(0));
+    lanes radius = lanes_load(block->radius + i), ball = lanes_sub(distance, radius);
+    lanes up = reach_up(block, i, at->axis);
+    lanes top = lanes_add(p.height, lanes_min(radius, up));
+    lanes_store(bound->distance + i, distance);
+    lanes_store(bound->height + i, p.height);
+    lanes_store(bound->top + i, top);
+    bound->high |= lanes_less(lanes_all(0), top) << i;
+    if (!lanes_less(ball, lanes_all(enough))) {
+        lanes_store(bound->low + i, ball);
+        lanes_store(bound->form + i, ball);
+        lanes_store(bound->least + i, distance);
+        lanes_store(bound->s + i, lanes_all(0));
+        lanes_store(bound->t + i, lanes_all(0));
         return;
     }
-    frame f = frame_of(block, at, &p);
-    quadratic about = form_of(&f, lanes_div(p.n_z, lanes_min(p.height, lanes_all(-1e-300))),
-                              lanes_div(p.n_r, p.r), lanes_all(1));
-    minimum nearest = least_in_square(&about);
-    lanes off;
-    quadratic q = lower_form(e, &p, &f, lanes_load(block->error), &nearest, &off);
+    frame f = frame_of(block, i, at, &p);
+    lanes zero = lanes_all(0), across_here = lanes_if_less(p.height, zero, p.inverse_far, zero);
+    quadratic about = form_of(&f, across_here, lanes_mul(p.n_r, p.inverse_r), lanes_all(1));
+    lanes off, s, t;
+    near_least(&about, &s, &t);
+    lanes mu = lanes_mad(lanes_mul(f.ma, s), f.mb, t);
+    lanes x_n = lanes_mad(lanes_mul(f.na, s), f.nb, t);
+    quadratic q = lower_form(e, &p, &f, up, lanes_load(block->error + i), x_n, mu, &off);
     minimum least = least_in_square(&q);
-    lanes low = lanes_add(distance, lanes_sub(least.value, off));
-    lanes_store(bound->form, low);
-    low = lanes_max(low, bound_by_extent(&p, e, radius, f.reach_up));
-    lanes_store(bound->low, lanes_max(low, ball));
-    lanes_store(bound->top, lanes_add(p.height, lanes_min(radius, f.reach_up)));
-    lanes_store(bound->least, lanes_add(distance, nearest.value));
-    lanes_store(bound->s, nearest.s);
-    lanes_store(bound->t, nearest.t);
+    lanes form = lanes_add(distance, lanes_sub(least.value, off));
+    lanes low = lanes_max(lanes_max(form, bound_by_extent(&p, e, radius, up)), ball);
+    lanes_store(bound->form + i, form);
+    lanes_store(bound->low + i, low);
+    lanes_store(bound->least + i, lanes_add(distance, value_at(&about, least.s, least.t)));
+    lanes_store(bound->s + i, least.s);
+    lanes_store(bound->t + i, least.t);
+    bound->deep |= lanes_less(low, lanes_all(enough)) << i;
+}
+
+void btg_block_bounds(const btg_block *block, const btg_tool_element *e, const btg_placement *at,
+                      double enough, btg_block_bound *bound) {
+    bound->deep = bound->high = 0;
+    for (uint32_t i = 0; i < block->count; i += BTG_LANES)
+        bounds_from(block, (int)i, e, at, enough, bound);
+    bound->deep &= btg_block_bits(block);
+    bound->high &= btg_block_bits(block);
+}
+
+unsigned btg_block_about(const btg_block *block, btg_place about, double speed_u, double speed_v,
+                         double reach) {
+    unsigned bits = 0, of = 0;
+    for (uint32_t i = 0; i < block->count; i += BTG_LANES) {
+        lanes u = lanes_abs(lanes_sub(lanes_load(block->u + i), lanes_all(about.u)));
+        lanes v = lanes_abs(lanes_sub(lanes_load(block->v + i), lanes_all(about.v)));
+        u = lanes_mul(lanes_add(u, lanes_load(block->hu + i)), lanes_all(speed_u));
+        v = lanes_mul(lanes_add(v, lanes_load(block->hv + i)), lanes_all(speed_v));
+        bits |= lanes_less(lanes_mad(lanes_mul(u, u), v, v), lanes_all(reach * reach)) << i;
+    }
+    for (uint32_t p = 0; p < block->count / 4; p++)
+        if (block->whole[p].item == about.item) of |= 0xfu << (4 * p);
+    return bits & of;
 }
 
 btg_vec3 btg_block_normal(const btg_block *block, int k, const btg_tool_element *e,

@@ -1,9 +1,13 @@
-/* Four pieces of a patch side by side, and bounds of their distance to a tool. Internal. */
+/* Pieces of the part side by side, and bounds of their distance to a tool. Internal. */
 #ifndef BTG_CORE_BLOCK_H
 #define BTG_CORE_BLOCK_H
 
 #include "core/ray.h"
 #include "core/part.h"
+
+/* Bounds of third derivatives are this at the least, mm: subnormal numbers take a processor's long
+ * way. */
+#define BTG_THIRD_MIN 1e-30f
 
 /* A piece of a patch: parameters u +- hu, v +- hv. */
 typedef struct btg_piece {
@@ -14,27 +18,50 @@ typedef struct btg_piece {
     btg_cut cut;       /* how it is cut */
 } btg_piece;
 
-/* The four quarters of a piece: quarter k is
+/* The quarters of one piece or two, four and four; of the first, piece k is
  *     s + su a + sv b + (suu a^2 + 2 suv a b + svv b^2) / 2,    |a|, |b| <= 1,
- * up to error[k]; without the last term, up to bend[k]. */
+ * up to error[k]; without the last term, up to bend[k]. Instead of quarters it may hold children
+ * of tree nodes or triangles: then the fields from u on mean nothing. */
 typedef struct btg_block {
-    btg_surface_four at;                 /* in units of half sides */
-    double error[4], bend[4], radius[4]; /* radius of a ball about s that holds it */
-    double u[4], v[4], hu, hv;
-    double side_u[4], side_v[4]; /* half lengths along u and v, bends and errors included */
-    btg_piece whole;
+    uint32_t count;       /* pieces, the first ones */
+    btg_surface_block at; /* in units of half sides */
+    BTG_ALIGNED double error[BTG_BLOCK], bend[BTG_BLOCK];
+    double radius[BTG_BLOCK]; /* of a ball about s that holds the piece */
+    double u[BTG_BLOCK], v[BTG_BLOCK], hu[BTG_BLOCK], hv[BTG_BLOCK];
+    double side_u2[BTG_BLOCK], side_v2[BTG_BLOCK]; /* squares of half lengths along u and v, bends
+                                                      and errors included */
+    btg_piece whole[2];
 } btg_block;
 
-/* Distances of a block's pieces to a round element as placed. */
+/* Distances of a block's pieces to a round element as placed. Bits: 1 << k for piece k. */
 typedef struct btg_block_bound {
-    double distance[4]; /* of the centre */
-    double height[4];   /* of the centre above the element's ring, along the axis */
-    double top[4];      /* no point of the piece is higher than that */
-    double low[4];      /* no point of the piece is nearer than that */
-    double form[4];     /* the same by its quadratic form alone, third-order error and all */
-    double least[4];    /* it comes about as near as that, and where: */
-    double s[4], t[4];
+    BTG_ALIGNED double distance[BTG_BLOCK]; /* of the centre */
+    double height[BTG_BLOCK]; /* of the centre above the element's ring, along the axis */
+    double top[BTG_BLOCK];    /* no point of the piece is higher than that */
+    double low[BTG_BLOCK];    /* no point of the piece is nearer than that */
+    double form[BTG_BLOCK];   /* the same by its quadratic form alone, third-order error and all */
+    double least[BTG_BLOCK];  /* it comes about as near as that, and where: */
+    double s[BTG_BLOCK], t[BTG_BLOCK];
+    unsigned deep; /* bits: low < enough */
+    unsigned high; /* bits: top > 0 */
 } btg_block_bound;
+
+/* Bits of all pieces. */
+static inline unsigned btg_block_bits(const btg_block *block) {
+    return (1u << block->count) - 1;
+}
+
+/* Number of the lowest bit that is set; bits is not 0. */
+static inline int btg_lowest_bit(unsigned bits) {
+#if defined(__GNUC__)
+    return __builtin_ctz(bits);
+#else
+    int k = 0;
+    for (; !(bits & 1); bits >>= 1)
+        k++;
+    return k;
+#endif
+}
 
 /* The patch as one piece. */
 void btg_piece_root(const btg_part *part, uint32_t item, btg_piece *piece);
@@ -42,23 +69,29 @@ void btg_piece_root(const btg_part *part, uint32_t item, btg_piece *piece);
 /* How a piece is best cut: across its longer side, bend included. */
 btg_cut btg_piece_cut(const btg_part *part, const btg_piece *piece);
 
-/* Cuts a piece into four. */
-void btg_block_make(const btg_part *part, const btg_piece *piece, btg_block *block);
+/* Cuts one piece or two into four each. */
+void btg_block_make(const btg_part *part, const btg_piece *const piece[], uint32_t pieces,
+                    btg_block *block);
 
-/* The four children of a tree node; of the block's fields only the first four. */
-void btg_block_of_node(const btg_node *node, btg_block *block);
+/* The four children of each of one tree node or two; those that are none repeat the first. */
+void btg_block_of_nodes(const btg_node *const node[], uint32_t nodes, btg_block *block);
 
-/* Triangles, one to four, each as the parallelogram it is half of; fields as of a node. */
+/* Up to BTG_BLOCK triangles, each as the parallelogram it is half of. */
 void btg_block_of_triangles(const btg_part *part, const uint32_t *triangles, uint32_t count,
                             btg_block *block);
 
-/* Quarter k by itself. */
+/* Piece k by itself. */
 void btg_block_quarter(const btg_part *part, const btg_block *block, int k, btg_piece *piece);
 
 /* Bounds for an element with a round corner. Where no piece's ball comes nearer than `enough`,
  * low is the balls' alone and least the centres'. */
 void btg_block_bounds(const btg_block *block, const btg_tool_element *element,
                       const btg_placement *placement, double enough, btg_block_bound *bound);
+
+/* Bits of the pieces of an item all of whose parameters are within `reach` of (u, v), measured by
+ * the speeds. */
+unsigned btg_block_about(const btg_block *block, btg_place about, double speed_u, double speed_v,
+                         double reach);
 
 /* The gradient of those distances at piece k's centre, unit. */
 btg_vec3 btg_block_normal(const btg_block *block, int k, const btg_tool_element *element,

@@ -307,53 +307,94 @@ bool btg_search_clear(btg_search *search, const btg_region *region) {
 }
 
 /* Clear but for its third-order error, and that is less along the one direction that counts. */
-static BTG_APART bool clear_by_tail(btg_search *search, uint32_t item, const btg_block_bound *bound,
-                                    int k) {
+static BTG_APART bool clear_by_tail(btg_search *search, const btg_block_bound *bound, int k) {
     const btg_block *block = &search->block;
-    const btg_part *part = search->part;
+    uint32_t item = block->whole[k / 4].item;
     double without = bound->form[k] + block->error[k];
-    if (item >= part->patch_count || without < -search->tolerance) return false;
+    if (without < -search->tolerance) return false;
     btg_vec3 n = btg_block_normal(block, k, &search->query.tool->element[0], &search->at);
     btg_taylor taylor = {vec_dot(n, btg_block_vector(&block->at.su, k)),
                          vec_dot(n, btg_block_vector(&block->at.sv, k)),
                          vec_dot(n, btg_block_vector(&block->at.suu, k)),
                          vec_dot(n, btg_block_vector(&block->at.suv, k)),
                          vec_dot(n, btg_block_vector(&block->at.svv, k))};
-    double tail = btg_patch_tail(&part->patches[item], n, block->u[k], block->v[k], block->hu,
-                                 block->hv, &taylor, &search->tail_room);
+    double tail = btg_patch_tail(&search->part->patches[item], n, block->u[k], block->v[k],
+                                 block->hu[k], block->hv[k], &taylor, &search->tail_room);
     return without - tail >= -search->tolerance;
 }
 
-/* No point of piece k is deeper in the cutter as placed than the clearance. */
-static bool piece_clear_as_placed(btg_search *search, const btg_region *region,
-                                  const btg_block_bound *bound, int k) {
-    return bound->low[k] >= -search->tolerance || btg_basins_cover(search, region, 0) ||
-           clear_by_tail(search, region->cell.item, bound, k);
+static void region_of(const btg_block *block, int k, bool patch, btg_region *region) {
+    region->radius = block->radius[k];
+    if (patch)
+        btg_cell_of_block(block, k, &region->cell);
+    else
+        btg_cell_of_child(block, k, &region->cell);
 }
 
-/* TILT, the cutter, one piece of a block: as clear_of_cutter. */
-static bool piece_clear_of_cutter(btg_search *search, const btg_region *region,
-                                  const btg_block_bound *bound, int k) {
+/* TILT, the cutter: as clear_of_cutter, of a piece that reaches above the equator. */
+static BTG_APART bool high_piece_clear(const btg_search *search, const btg_block_bound *bound,
+                                       int k, bool patch) {
     const btg_ray_query *q = &search->query;
-    if (bound->top[k] <= 0) return piece_clear_as_placed(search, region, bound, k);
-    double start = vec_dot(vec_sub(region->cell.centre, q->o), q->w);
-    if (bound->height[k] > region->radius && start > region->radius) return true;
-    if (out_of_reach(q, region, 0) || clear_by_ball(search, region, 0)) return true;
-    return !q->tool->element[0].hollow && clear_by_turn(search, region, 0);
+    btg_region region;
+    region_of(&search->block, k, patch, &region);
+    double start = vec_dot(vec_sub(region.cell.centre, q->o), q->w);
+    if (bound->height[k] > region.radius && start > region.radius) return true;
+    if (out_of_reach(q, &region, 0) || clear_by_ball(search, &region, 0)) return true;
+    return !q->tool->element[0].hollow && clear_by_turn(search, &region, 0);
 }
 
-bool btg_search_clear_piece(btg_search *search, const btg_region *region,
-                            const btg_block_bound *bound, int k) {
-    const btg_ray_query *q = &search->query;
-    if (!bound) return btg_search_clear(search, region);
-    if (q->op == BTG_OP_DROP) {
-        if (!piece_clear_as_placed(search, region, bound, k)) return false;
-        if (!search->found) return outside_shadow(search, region, 1);
-        for (uint32_t i = 1; i < q->tool->element_count; i++)
-            if (!clear_as_placed(search, region, i)) return false;
-        return true;
+/* The elements but the cutter. */
+static BTG_APART bool piece_clear_of_the_rest(btg_search *search, int k, bool patch) {
+    btg_region region;
+    region_of(&search->block, k, patch, &region);
+    if (search->query.op == BTG_OP_TILT) return clear_of_the_rest(search, &region);
+    if (!search->found) return outside_shadow(search, &region, 1);
+    for (uint32_t i = 1; i < search->query.tool->element_count; i++)
+        if (!clear_as_placed(search, &region, i)) return false;
+    return true;
+}
+
+/* TILT: bits of the pieces that are so near P that the limits there speak for them. */
+static unsigned pieces_left_to_p(btg_search *search, unsigned bits, bool patch) {
+    const btg_block *block = &search->block;
+    unsigned within = 0;
+    for (; bits; bits &= bits - 1) {
+        int k = btg_lowest_bit(bits);
+        if (block->radius[k] * block->radius[k] >= search->left_p2) continue;
+        btg_region region;
+        region_of(block, k, patch, &region);
+        if (btg_search_left_to_p(search, &region, false)) within |= 1u << k;
     }
-    return (btg_search_left_to_p(search, region, false) ||
-            piece_clear_of_cutter(search, region, bound, k)) &&
-           clear_of_the_rest(search, region);
+    return within;
+}
+
+/* A sharp cutter: one by one. */
+static BTG_APART unsigned left_one_by_one(btg_search *search, unsigned bits, bool patch) {
+    unsigned left = bits;
+    for (; bits; bits &= bits - 1) {
+        btg_region region;
+        int k = btg_lowest_bit(bits);
+        region_of(&search->block, k, patch, &region);
+        if (btg_search_clear(search, &region)) left &= ~(1u << k);
+    }
+    return left;
+}
+
+unsigned btg_search_left(btg_search *search, const btg_block_bound *bound, unsigned bits,
+                         bool patch) {
+    if (!bound) return left_one_by_one(search, bits, patch);
+    bool one = search->query.tool->element_count == 1, tilt = search->query.op == BTG_OP_TILT;
+    unsigned high = tilt ? bound->high : 0, left = one ? bits & (bound->deep | high) : bits;
+    unsigned at_p = tilt ? pieces_left_to_p(search, left, patch) : 0;
+    unsigned deep = left & bound->deep & ~high & ~at_p;
+    high &= ~at_p;
+    if (deep && patch && (tilt || search->found)) deep &= ~btg_basins_covering(search, deep);
+    for (unsigned rest = left; rest; rest &= rest - 1) {
+        int k = btg_lowest_bit(rest);
+        unsigned own = 1u << k;
+        bool clear = high & own ? high_piece_clear(search, bound, k, patch)
+                                : !(deep & own) || (patch && clear_by_tail(search, bound, k));
+        if (clear && (one || piece_clear_of_the_rest(search, k, patch))) left &= ~own;
+    }
+    return left;
 }

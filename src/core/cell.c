@@ -16,9 +16,9 @@ void btg_cell_of_block(const btg_block *block, int k, btg_cell *cell) {
     btg_cell_of_child(block, k, cell);
     cell->u = block->u[k];
     cell->v = block->v[k];
-    cell->hu = block->hu;
-    cell->hv = block->hv;
-    cell->item = block->whole.item;
+    cell->hu = block->hu[k];
+    cell->hv = block->hv[k];
+    cell->item = block->whole[k / 4].item;
 }
 
 void btg_cell_of_triangle(const btg_part *part, const btg_piece *piece, btg_cell *cell) {

@@ -1,4 +1,4 @@
-/* Points and derivatives of patches, one place at a time or four.
+/* Points and derivatives of patches, one place at a time or a block of them.
  *
  * A patch is held as a polynomial about the middle of its domain and of its net, so rounding errors
  * are those of its own size, and Horner's scheme gives value and derivatives together. */
@@ -15,9 +15,9 @@ typedef struct form {
     lanes d[6];
 } form;
 
-/* One coefficient: its four coordinates (coordinate < 0), or one of them four times. */
+/* One coefficient: its four coordinates (coordinate < 0), or one of them in all lanes. */
 static ALWAYS_INLINE lanes coefficient(const double *power, int at, int coordinate) {
-    return coordinate < 0 ? lanes_load(power + 4 * at) : lanes_all(power[4 * at + coordinate]);
+    return coordinate < 0 ? lanes_load_four(power + 4 * at) : lanes_all(power[4 * at + coordinate]);
 }
 
 /* Value and derivatives of one row's polynomial in t; half the second derivative. */
@@ -84,14 +84,14 @@ static void quotient(double h[6][4], btg_surface_point *out) {
 
 static btg_vec3 first_three(lanes a) {
     double h[4];
-    lanes_store(h, a);
+    lanes_store_four(h, a);
     return head(h);
 }
 
 static BTG_APART void divide_out(const form *f, btg_surface_point *point) {
     double h[6][4];
     for (int k = 0; k < 6; k++)
-        lanes_store(h[k], f->d[k]);
+        lanes_store_four(h[k], f->d[k]);
     quotient(h, point);
 }
 
@@ -110,7 +110,7 @@ void btg_patch_evaluate(const btg_patch *patch, double u, double v, btg_surface_
     point->s = vec_add(point->s, patch->origin);
 }
 
-/* ---- four places -------------------------------------------------------------------------- */
+/* ---- side by side ------------------------------------------------------------------------- */
 
 /* One coordinate of N/W and its derivatives. */
 static form divide(const form *n, const form *w) {
@@ -129,31 +129,58 @@ static form divide(const form *n, const form *w) {
     return q;
 }
 
-/* One coordinate of all six. */
-static inline void store_form(const form *f, double *s, double *su, double *sv, double *suu,
-                              double *suv, double *svv) {
-    lanes_store(s, f->d[0]);
-    lanes_store(su, f->d[1]);
-    lanes_store(sv, f->d[2]);
-    lanes_store(suu, f->d[3]);
-    lanes_store(suv, f->d[4]);
-    lanes_store(svv, f->d[5]);
+/* Where the lanes of one four of a block begin, and where they go. Eight lanes hold both fours: the
+ * second one's patch, where it is another, is evaluated in all and stored over the upper four. */
+#if BTG_LANES == 4
+static ALWAYS_INLINE int first_of(int four) {
+    return 4 * four;
 }
+static ALWAYS_INLINE void store(double *p, int four, lanes a) {
+    lanes_store(p + 4 * four, a);
+}
+#else
+static ALWAYS_INLINE int first_of(int four) {
+    (void)four;
+    return 0;
+}
+static ALWAYS_INLINE void store(double *p, int four, lanes a) {
+    if (four == 0)
+        lanes_store(p, a);
+    else
+        lanes_store_upper(p, a);
+}
+#endif
 
-void btg_patch_evaluate_four(const btg_patch *patch, const double u[4], const double v[4],
-                             btg_surface_four *out) {
-    lanes half = lanes_all(0.5), s = lanes_sub(lanes_load(u), half);
-    lanes t = lanes_sub(lanes_load(v), half);
+static ALWAYS_INLINE void evaluate_four(const btg_patch *patch, int four, const double *u,
+                                        const double *v, btg_surface_block *out) {
+    int first = first_of(four);
+    lanes half = lanes_all(0.5), s = lanes_sub(lanes_load(u + first), half);
+    lanes t = lanes_sub(lanes_load(v + first), half);
     const double origin[3] = {patch->origin.x, patch->origin.y, patch->origin.z};
     form w;
     if (patch->rational) w = evaluate(patch, 3, s, t);
     for (int c = 0; c < 3; c++) {
         form f = evaluate(patch, c, s, t);
         if (patch->rational) f = divide(&f, &w);
-        f.d[0] = lanes_add(f.d[0], lanes_all(origin[c]));
-        store_form(&f, out->s.at[c], out->su.at[c], out->sv.at[c], out->suu.at[c], out->suv.at[c],
-                   out->svv.at[c]);
+        store(out->s.at[c], four, lanes_add(f.d[0], lanes_all(origin[c])));
+        store(out->su.at[c], four, f.d[1]);
+        store(out->sv.at[c], four, f.d[2]);
+        store(out->suu.at[c], four, f.d[3]);
+        store(out->suv.at[c], four, f.d[4]);
+        store(out->svv.at[c], four, f.d[5]);
     }
+}
+
+static BTG_APART void evaluate_second(const btg_patch *patch, const double *u, const double *v,
+                                      btg_surface_block *out) {
+    evaluate_four(patch, 1, u, v, out);
+}
+
+void btg_patch_evaluate_block(const btg_patch *const patch[2], int fours, const double u[BTG_BLOCK],
+                              const double v[BTG_BLOCK], btg_surface_block *out) {
+    evaluate_four(patch[0], 0, u, v, out);
+    bool done = BTG_LANES == 8 && patch[1] == patch[0];
+    if (fours > 1 && !done) evaluate_second(patch[1], u, v, out);
 }
 
 /* ---- any item ------------------------------------------------------------------------------ */

@@ -136,10 +136,14 @@ static double nearest_to_p(const btg_search *search, btg_place *at) {
     return vec_norm(vec_sub(search->query.p, s.s));
 }
 
+bool btg_search_may_reach_p(const btg_search *search, btg_vec3 centre, double radius) {
+    double reach = radius + search->sheet_gap;
+    return vec_norm2(vec_sub(centre, search->query.p)) <= reach * reach &&
+           radius <= SHEET_REACH * btg_ray_insert_size(search->query.tool);
+}
+
 void btg_search_sheet_at_p(btg_search *search, const btg_region *region) {
-    btg_vec3 away = vec_sub(region->cell.centre, search->query.p);
-    if (vec_norm(away) > region->radius + search->sheet_gap) return;
-    if (region->radius > SHEET_REACH * btg_ray_insert_size(search->query.tool)) return;
+    if (!btg_search_may_reach_p(search, region->cell.centre, region->radius)) return;
     for (uint32_t i = 0; i < search->sheet_count; i++)
         if (search->sheet[i].place.item == region->cell.item) return;
     btg_place at = btg_cell_place(&region->cell);

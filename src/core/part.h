@@ -95,12 +95,13 @@ btg_status btg_fail(btg_message *message, btg_status status, const char *format,
 
 /* Point and derivatives of a patch; u, v in 0..1. */
 void btg_patch_evaluate(const btg_patch *patch, double u, double v, btg_surface_point *point);
-/* The same at four places side by side. */
-typedef struct btg_surface_four {
+/* The same side by side: `fours` times four places, each four on its patch. Of the others something
+ * is written, too, which must be no trap: all of u and v hold numbers. */
+typedef struct btg_surface_block {
     lanes3_memory s, su, sv, suu, suv, svv;
-} btg_surface_four;
-void btg_patch_evaluate_four(const btg_patch *patch, const double u[4], const double v[4],
-                             btg_surface_four *out);
+} btg_surface_block;
+void btg_patch_evaluate_block(const btg_patch *const patch[2], int fours, const double u[BTG_BLOCK],
+                              const double v[BTG_BLOCK], btg_surface_block *out);
 /* Point alone, from the Bezier net: another way to the same. */
 btg_vec3 btg_patch_point(const btg_patch *patch, double u, double v);
 

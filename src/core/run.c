@@ -15,7 +15,8 @@
 
 static btg_search *open_search(const btg_part *part, const btg_solver_def *solver,
                                void *workspace) {
-    btg_search *search = workspace;
+    uintptr_t align = _Alignof(btg_search), at = (uintptr_t)workspace;
+    btg_search *search = (btg_search *)((char *)workspace + (align - at % align) % align);
     *search = (btg_search){.part = part};
     search->stack = (btg_entry *)(search + 1);
     search->stack_size = btg_search_stack_size(part);

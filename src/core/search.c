@@ -1,8 +1,9 @@
 /* The walk through the part's trees (search.h). */
 #include "core/search.h"
 
-/* Cuts before a piece is as small as the rounding of its points; each leaves at most three on the
- * stack. */
+/* Cuts before a piece is as small as the rounding of its points. A pair of entries leaves at most
+ * eight, and of each such lot six wait below the next one: entries of a lot are cut at least as
+ * often as the lots below it are many. */
 #define CUTS_MAX 40
 
 /* Polishes of the winner at the most, and from one block. */
@@ -14,12 +15,12 @@
 
 size_t btg_search_stack_size(const btg_part *part) {
     return 16 + BTG_LEAF_TRIANGLES +
-           3 * ((size_t)part->node_depth + part->quarters_depth + CUTS_MAX);
+           6 * ((size_t)part->node_depth + part->quarters_depth + CUTS_MAX);
 }
 
 /* TILT, close to P: the tool as placed is no deeper there than rounding, which makes values of
  * itself. */
-static BTG_APART bool is_rounding(const btg_search *search, btg_vec3 point, uint32_t element) {
+static bool is_rounding(const btg_search *search, btg_vec3 point, uint32_t element) {
     const btg_ray_query *q = &search->query;
     return q->op == BTG_OP_TILT && vec_norm2(vec_sub(point, q->p)) < search->near_p2 &&
            btg_ray_tool_distance(&q->tool->element[element], search->at, point).distance >=
@@ -40,6 +41,11 @@ bool btg_search_offer(btg_search *search, double value, btg_place place, btg_vec
     search->element = element;
     search->basin_stale = true;
     return true;
+}
+
+/* The tool stands where it touches the part, or where it starts its turn. */
+static bool placed(const btg_search *search) {
+    return search->found || search->query.op == BTG_OP_TILT;
 }
 
 /* ---- the stack ---------------------------------------------------------------------------- */
@@ -105,10 +111,13 @@ static void try_place(btg_search *search, btg_vec3 point, btg_place place) {
         btg_search_polish(search, place);
 }
 
-/* A cell that small holds nothing its centre does not, but for what it may be deeper. */
+/* A smaller cell holds nothing its centre does not, but for what it may be deeper. */
+static bool worth_a_cut(const btg_search *search, double radius) {
+    return radius > 0.25 * search->tolerance && search->top + BTG_BLOCK <= search->stack_size;
+}
+
 static bool at_the_end(btg_search *search, const btg_region *region) {
-    if (region->radius > 0.25 * search->tolerance && search->top + 8 <= search->stack_size)
-        return false;
+    if (worth_a_cut(search, region->radius)) return false;
     bool left = search->query.op == BTG_OP_TILT && btg_search_left_to_p(search, region, true);
     if (!left) search->deepest = max2(search->deepest, search->tolerance + region->radius);
     return true;
@@ -116,12 +125,7 @@ static bool at_the_end(btg_search *search, const btg_region *region) {
 
 static BTG_APART void open_triangle(btg_search *search, const btg_region *region,
                                     const btg_piece *piece) {
-    bool placed = search->found || search->query.op == BTG_OP_TILT;
     try_place(search, region->cell.centre, btg_cell_place(&region->cell));
-    if (!placed && search->found) {
-        start(search); /* anew, with the tool placed */
-        return;
-    }
     if (search->query.op == BTG_OP_TILT) btg_search_sheet_at_p(search, region);
     if (at_the_end(search, region)) return;
     btg_piece quarter[4];
@@ -132,30 +136,29 @@ static BTG_APART void open_triangle(btg_search *search, const btg_region *region
     order(search, from);
 }
 
-/* ---- patches ------------------------------------------------------------------------------ */
+/* ---- blocks ------------------------------------------------------------------------------- */
 
 static btg_place place_in(const btg_block *block, int k, double s, double t) {
-    return (btg_place){block->whole.item, block->u[k] + s * block->hu, block->v[k] + t * block->hv};
+    return (btg_place){block->whole[k / 4].item, block->u[k] + s * block->hu[k],
+                       block->v[k] + t * block->hv[k]};
 }
 
 /* DROP, nothing met so far: the best centre of the block is worth a polish when it is near enough
  * to the top. */
-static BTG_APART bool first_contact(btg_search *search, const btg_block *block) {
+static BTG_APART void first_contact(btg_search *search, const btg_block *block) {
     const btg_tool_element *e = &search->query.tool->element[0];
     double near = FIRST_POLISH * (e->ring_radius_mm + e->corner_radius_mm), best = -INFINITY;
     int from = -1;
-    for (int k = 0; k < 4; k++) {
+    for (int k = 0; k < (int)block->count; k++) {
         btg_ray_hit hit;
-        if (block->radius[k] > near && block->hu > 0.1 && block->hv > 0.1) continue;
+        if (block->radius[k] > near && block->hu[k] > 0.1 && block->hv[k] > 0.1) continue;
         if (!btg_ray_cast(&search->query, btg_block_vector(&block->at.s, k), &hit)) continue;
         if (hit.value > best) {
             best = hit.value;
             from = k;
         }
     }
-    if (from < 0) return false;
-    btg_search_polish(search, place_in(block, from, 0, 0));
-    return search->found;
+    if (from >= 0) btg_search_polish(search, place_in(block, from, 0, 0));
 }
 
 /* Cuts deeper than this part of the clearance are followed. What is shallower has the rest of the
@@ -169,9 +172,10 @@ static BTG_APART bool find_cut(const btg_search *search, const btg_block *block,
                                const btg_block_bound *bound, btg_place *at) {
     int best = -1;
     double enough = CUT_SHARE * search->tolerance, depth = -enough;
-    for (int k = 0; k < 4; k++) {
+    for (unsigned left = bound->deep; left; left &= left - 1) {
+        int k = btg_lowest_bit(left);
         double least = min2(bound->least[k], bound->distance[k]);
-        if (!(least < depth) || bound->low[k] >= -search->tolerance) continue;
+        if (!(least < depth)) continue;
         depth = least;
         best = k;
     }
@@ -186,12 +190,16 @@ static BTG_APART bool find_cut(const btg_search *search, const btg_block *block,
 }
 
 /* Bounds of the block's pieces for the tool as placed; where one is cut into, the place is followed
- * and the tool placed anew. */
-static void bound_block(btg_search *search, const btg_block *block, btg_block_bound *bound) {
+ * and the tool placed anew. DROP, nothing met so far: the tool stands below all of the part, so
+ * that pieces are cut into where they are in its shadow. */
+static void bound_pieces(btg_search *search, const btg_block *block, btg_block_bound *bound) {
     const btg_tool_element *e = &search->query.tool->element[0];
+    double near = FIRST_POLISH * (e->ring_radius_mm + e->corner_radius_mm);
     for (int i = 0;; i++) {
         btg_block_bounds(block, e, &search->at, -search->tolerance, bound);
         btg_place at;
+        /* in a sliver of the shadow's side no centre stands */
+        if (!placed(search) && block->radius[0] > near) return;
         if (i == POLISHES || !find_cut(search, block, bound, &at)) return;
         double before = search->value;
         btg_search_polish(search, at);
@@ -199,72 +207,85 @@ static void bound_block(btg_search *search, const btg_block *block, btg_block_bo
     }
 }
 
-/* DROP, nothing met so far, the tool below all of the part: the block's part in its shadow. Where
- * that is a sliver at the shadow's side no centre stands in it. */
-static BTG_APART bool first_graze(btg_search *search, const btg_block *block,
-                                  btg_block_bound *bound) {
-    const btg_tool_element *e = &search->query.tool->element[0];
-    btg_place at;
-    btg_block_bounds(block, e, &search->at, -search->tolerance, bound);
-    if (block->radius[0] > FIRST_POLISH * (e->ring_radius_mm + e->corner_radius_mm)) return false;
-    if (!find_cut(search, block, bound, &at)) return false;
-    btg_search_polish(search, at);
-    return search->found;
+/* How soon piece k shall be looked at: the smaller the sooner. */
+static double key_of(const btg_search *search, const btg_block *block, const btg_block_bound *bound,
+                     int k) {
+    if (!bound) return rank(search, btg_block_vector(&block->at.s, k), block->radius[k]);
+    if (placed(search)) return bound->low[k];
+    return max2(bound->distance[k], 0) - bound->height[k] - block->radius[k];
 }
 
-/* Quarters that are not clear, the farthest first. */
-static BTG_APART int quarters_left(btg_search *search, const btg_block *block,
-                                   const btg_block_bound *bound, int left[4]) {
-    const btg_tool *tool = search->query.tool;
-    int count = 0;
-    for (int k = 0; k < 4; k++) {
-        if (bound && btg_search_clear_at_once(search, bound, k)) continue;
+static void fill_child(const btg_part *part, const btg_node *node, int k, btg_entry *e) {
+    e->node = BTG_NODE_NONE;
+    if (node->kind[k] == BTG_CHILD_NODE)
+        e->node = node->child[k];
+    else if (node->kind[k] == BTG_CHILD_PIECE)
+        e->piece = part->pieces[node->child[k]];
+    else
+        e->piece = (btg_piece){.item = BTG_CELL_MANY, .quarters = node->child[k], .cut = 0};
+    e->count = node->count[k];
+}
+
+/* The pieces of bits `left` wait, the nearest on top: children of `node`, or, NULL, quarters. */
+static void push_left(btg_search *search, const btg_block *block, const btg_block_bound *bound,
+                      const btg_node *const node[], unsigned left) {
+    double key[BTG_BLOCK];
+    int order[BTG_BLOCK], count = 0;
+    for (; left; left &= left - 1) {
+        int k = btg_lowest_bit(left), i = count++;
+        double own = key_of(search, block, bound, k);
+        for (; i > 0 && key[i - 1] < own; i--) {
+            key[i] = key[i - 1];
+            order[i] = order[i - 1];
+        }
+        key[i] = own;
+        order[i] = k;
+    }
+    for (int i = 0; i < count; i++) {
+        int k = order[i];
+        btg_entry *e = push(search, btg_block_vector(&block->at.s, k), block->radius[k]);
+        e->key = key[i];
+        if (node) {
+            fill_child(search->part, node[k / 4], k % 4, e);
+        } else {
+            e->node = BTG_NODE_NONE;
+            btg_block_quarter(search->part, block, k, &e->piece);
+        }
+    }
+}
+
+/* Of quarters that are not clear, those that are worth another cut. */
+static BTG_APART unsigned worth_cutting(btg_search *search, const btg_block *block, bool bounded,
+                                        unsigned left) {
+    bool one = search->query.tool->element_count == 1, tilt = search->query.op == BTG_OP_TILT;
+    for (unsigned bits = left; bits; bits &= bits - 1) {
+        int k = btg_lowest_bit(bits);
+        /* Bounds find cuts of the round corner alone. */
+        if (!bounded || !one)
+            try_place(search, btg_block_vector(&block->at.s, k), place_in(block, k, 0, 0));
+        bool small = !worth_a_cut(search, block->radius[k]);
+        bool at_p = tilt && btg_search_may_reach_p(search, btg_block_vector(&block->at.s, k),
+                                                   block->radius[k]);
+        if (!small && !at_p) continue;
         btg_region region = {.radius = block->radius[k]};
         btg_cell_of_block(block, k, &region.cell);
-        if (btg_search_clear_piece(search, &region, bound, k)) continue;
-        /* Bounds find cuts of the round corner alone. */
-        if (!bound || tool->element_count > 1)
-            try_place(search, region.cell.centre, place_in(block, k, 0, 0));
-        if (search->query.op == BTG_OP_TILT) btg_search_sheet_at_p(search, &region);
-        if (at_the_end(search, &region)) continue;
-        int i = count++;
-        for (; bound && i > 0 && bound->low[left[i - 1]] < bound->low[k]; i--)
-            left[i] = left[i - 1];
-        left[i] = k;
+        if (at_p) btg_search_sheet_at_p(search, &region);
+        if (at_the_end(search, &region)) left &= ~(1u << k);
     }
-    return count;
+    return left;
 }
 
-static void push_quarters(btg_search *search, const btg_block *block,
-                          const btg_block_bound *bound) {
-    int left[4], count = quarters_left(search, block, bound, left);
-    bool placed = search->found || search->query.op == BTG_OP_TILT;
-    size_t from = search->top;
-    for (int i = 0; i < count; i++) {
-        int k = left[i];
-        btg_entry *e = push(search, btg_block_vector(&block->at.s, k), block->radius[k]);
-        e->node = BTG_NODE_NONE;
-        btg_block_quarter(search->part, block, k, &e->piece);
-        e->key = placed && bound ? bound->low[k] : rank(search, e->centre, e->radius);
-    }
-    if (!placed || !bound) order(search, from);
-}
-
-static BTG_APART void open_piece(btg_search *search, const btg_piece *piece) {
+static void open_pieces(btg_search *search, const btg_piece *const piece[], uint32_t pieces) {
     btg_block *block = &search->block;
-    btg_block_make(search->part, piece, block);
-    search->nodes += 3;
     bool round = search->query.tool->element[0].corner_radius_mm > 0;
-    if (search->query.op == BTG_OP_DROP && !search->found) {
-        btg_block_bound *bound = round ? &search->bounds : NULL;
-        if (first_contact(search, block) || (round && first_graze(search, block, bound)))
-            start(search); /* anew, with the tool placed */
-        else
-            push_quarters(search, block, bound);
-        return;
-    }
-    if (round) bound_block(search, block, &search->bounds);
-    push_quarters(search, block, round ? &search->bounds : NULL);
+    btg_block_bound *bound = round ? &search->bounds : NULL;
+    btg_block_make(search->part, piece, pieces, block);
+    search->nodes += block->count - 1;
+    if (!placed(search)) first_contact(search, block);
+    if (round) bound_pieces(search, block, bound);
+    unsigned left = btg_search_left(search, bound, btg_block_bits(block), true);
+    if (left) left = worth_cutting(search, block, round, left);
+    push_left(search, block, bound, NULL, left);
 }
 
 /* ---- out of budget ------------------------------------------------------------------------ */
@@ -296,76 +317,81 @@ static BTG_APART void give_up(btg_search *search) {
 /* Triangles of a leaf that are not clear at a glance wait by themselves. */
 static BTG_APART void push_triangles(btg_search *search, const uint32_t *triangle, uint32_t count) {
     const btg_tool_element *e = &search->query.tool->element[0];
-    bool placed = search->found || search->query.op == BTG_OP_TILT;
-    bool bounded = placed && e->corner_radius_mm > 0;
+    bool one = search->query.tool->element_count == 1, tilt = search->query.op == BTG_OP_TILT;
+    bool bounded = one && placed(search) && e->corner_radius_mm > 0;
     size_t from = search->top;
-    for (uint32_t first = 0; first < count; first += 4) {
-        uint32_t n = count - first < 4 ? count - first : 4;
-        btg_block_bound *bound = &search->bounds;
+    for (uint32_t first = 0; first < count; first += BTG_BLOCK) {
+        uint32_t n = count - first < BTG_BLOCK ? count - first : BTG_BLOCK;
         btg_block *block = &search->block;
+        btg_block_bound *bound = &search->bounds;
+        unsigned left = (1u << n) - 1;
         search->nodes += n;
         if (bounded) {
             btg_block_of_triangles(search->part, triangle + first, n, block);
             btg_block_bounds(block, e, &search->at, -search->tolerance, bound);
+            left = bound->deep | (tilt ? bound->high : 0);
         }
-        for (uint32_t k = 0; k < n; k++) {
+        for (; left; left &= left - 1) {
             btg_piece piece;
-            if (bounded && btg_search_clear_at_once(search, bound, (int)k)) continue;
-            btg_triangle_root(search->part->patch_count + triangle[first + k], &piece);
+            uint32_t own = triangle[first + (uint32_t)btg_lowest_bit(left)];
+            btg_triangle_root(search->part->patch_count + own, &piece);
             push_triangle(search, &piece);
         }
     }
     order(search, from);
 }
 
-/* Child k of a node, not clear: it waits. */
-static void push_child(btg_search *search, const btg_node *node, int k, double key) {
-    const btg_part *part = search->part;
-    const btg_block *block = &search->block;
-    btg_entry *e = push(search, btg_block_vector(&block->at.s, k), block->radius[k]);
-    e->key = key;
-    e->node = BTG_NODE_NONE;
-    if (node->kind[k] == BTG_CHILD_NODE)
-        e->node = node->child[k];
-    else if (node->kind[k] == BTG_CHILD_PIECE)
-        e->piece = part->pieces[node->child[k]];
-    else
-        e->piece = (btg_piece){.item = BTG_CELL_MANY, .quarters = node->child[k], .cut = 0};
-    e->count = node->count[k];
-}
-
-static BTG_APART void open_node(btg_search *search, const btg_node *node) {
+static void open_nodes(btg_search *search, const btg_node *const node[], uint32_t nodes) {
     const btg_tool_element *e = &search->query.tool->element[0];
-    bool placed = search->found || search->query.op == BTG_OP_TILT;
-    bool bounded = placed && e->corner_radius_mm > 0;
     btg_block *block = &search->block;
-    btg_block_bound *bound = bounded ? &search->bounds : NULL;
-    size_t from = search->top;
-    btg_block_of_node(node, block);
-    search->nodes += 3;
-    if (bounded) btg_block_bounds(block, e, &search->at, -search->tolerance, bound);
-    for (int k = 0; k < 4 && node->kind[k] != BTG_CHILD_NONE; k++) {
-        if (bounded && btg_search_clear_at_once(search, bound, k)) continue;
-        btg_region region = {.radius = block->radius[k]};
-        btg_cell_of_child(block, k, &region.cell);
-        if (btg_search_clear_piece(search, &region, bound, k)) continue;
-        double key = bounded ? bound->low[k] : rank(search, region.cell.centre, region.radius);
-        push_child(search, node, k, key);
-    }
-    order(search, from);
+    btg_block_bound *bound = e->corner_radius_mm > 0 ? &search->bounds : NULL;
+    unsigned left = 0;
+    btg_block_of_nodes(node, nodes, block);
+    search->nodes += block->count - 1;
+    for (uint32_t k = 0; k < block->count; k++)
+        if (node[k / 4]->kind[k % 4] != BTG_CHILD_NONE) left |= 1u << k;
+    if (bound) btg_block_bounds(block, e, &search->at, -search->tolerance, bound);
+    push_left(search, block, bound, node, btg_search_left(search, bound, left, false));
 }
 
 /* ---- the walk ----------------------------------------------------------------------------- */
 
-/* The entry's place on the stack is free: it is read before anything is pushed. */
-static void look_at(btg_search *search, const btg_entry *entry) {
+static bool waits_node(const btg_search *search) {
+    return search->top > 0 && search->stack[search->top - 1].node != BTG_NODE_NONE;
+}
+
+static bool waits_patch(const btg_search *search) {
+    if (search->top == 0) return false;
+    const btg_entry *e = &search->stack[search->top - 1];
+    return e->node == BTG_NODE_NONE && e->piece.item != BTG_CELL_MANY &&
+           !btg_is_triangle(search->part, e->piece.item);
+}
+
+/* Looks at what is on top of the stack: nodes and pieces of patches two by two. Entries that are
+ * taken are read before anything is pushed. */
+static void look_at_top(btg_search *search) {
     const btg_part *part = search->part;
-    if (entry->node != BTG_NODE_NONE) {
-        open_node(search, &part->nodes[entry->node]);
-    } else if (entry->piece.item == BTG_CELL_MANY) {
+    if (waits_node(search)) {
+        const btg_node *node[2];
+        uint32_t n = 0;
+        for (; n < 2 && waits_node(search); n++)
+            node[n] = &part->nodes[search->stack[--search->top].node];
+        search->nodes += n - 1;
+        open_nodes(search, node, n);
+        return;
+    }
+    if (waits_patch(search)) {
+        const btg_piece *piece[2];
+        uint32_t n = 0;
+        for (; n < 2 && waits_patch(search); n++)
+            piece[n] = &search->stack[--search->top].piece;
+        search->nodes += n - 1;
+        open_pieces(search, piece, n);
+        return;
+    }
+    const btg_entry *entry = &search->stack[--search->top];
+    if (entry->piece.item == BTG_CELL_MANY) {
         push_triangles(search, part->order + entry->piece.quarters, entry->count);
-    } else if (!btg_is_triangle(part, entry->piece.item)) {
-        open_piece(search, &entry->piece);
     } else {
         btg_region region = {.radius = entry->radius};
         btg_cell_of_triangle(part, &entry->piece, &region.cell);
@@ -409,7 +435,7 @@ static bool walk(btg_search *search) {
             return false;
         }
         search->nodes++;
-        look_at(search, &search->stack[--search->top]);
+        look_at_top(search);
     }
     return true;
 }
@@ -421,9 +447,8 @@ void btg_search_run(btg_search *search) {
     search->deepest = search->tolerance;
     if (tilt) btg_search_near_p(search);
     if (search->has_start) btg_search_polish(search, search->start);
-    do
-        if (!walk(search)) return;
-    while (tilt && btg_search_come_close_to_p(search));
+    if (!walk(search)) return;
+    if (tilt && btg_search_come_close_to_p(search) && !walk(search)) return;
     if (start_alone_is_safe(search)) {
         search->spent = true;
         search->bound = 0;

@@ -50,9 +50,6 @@ typedef struct btg_basin {
     uint32_t element;
 } btg_basin;
 
-/* Steps by which a basin's reach is sought, from the tool's size down. */
-#define BTG_BASIN_STEPS 30
-
 typedef struct btg_search {
     const btg_part *part;
     btg_ray_query query;
@@ -121,22 +118,17 @@ bool btg_search_offer(btg_search *search, double value, btg_place place, btg_vec
 void btg_search_near_p(btg_search *search);
 /* After the walk: the contact that may stand so near P that the walk did not see it. */
 void btg_search_climb_ridges(btg_search *search);
-/* The limit of another item whose cell reaches P. */
+/* The limit of another item whose cell reaches P, if only its ball does. */
+bool btg_search_may_reach_p(const btg_search *search, btg_vec3 centre, double radius);
 void btg_search_sheet_at_p(btg_search *search, const btg_region *region);
 
 /* The region is clear of the tool placed at the best value by `tolerance`, and was all the way
  * there (bounds.c). */
 bool btg_search_clear(btg_search *search, const btg_region *region);
-/* Piece k of a block, as far as its bounds tell by themselves. */
-static inline bool btg_search_clear_at_once(const btg_search *search, const btg_block_bound *bound,
-                                            int k) {
-    return bound->low[k] >= -search->tolerance && search->query.tool->element_count == 1 &&
-           (search->query.op == BTG_OP_DROP || bound->top[k] <= 0);
-}
-/* The same for piece k of a block, with the bounds of its distance to the cutter; NULL where the
- * cutter is sharp or nothing is placed yet. */
-bool btg_search_clear_piece(btg_search *search, const btg_region *region,
-                            const btg_block_bound *bound, int k);
+/* Of the pieces of search->block in `bits`, those that are not; with the bounds of their distances
+ * to the cutter, NULL where it is sharp. `patch`: quarters, else children of nodes. */
+unsigned btg_search_left(btg_search *search, const btg_block_bound *bound, unsigned bits,
+                         bool patch);
 /* TILT: the region is so near P that the limits there speak for it; `at_the_end`: it will not be
  * cut any more, however deep it may be. (basin.c) */
 bool btg_search_left_to_p(btg_search *search, const btg_region *region, bool at_the_end);
@@ -144,8 +136,7 @@ bool btg_search_left_to_p(btg_search *search, const btg_region *region, bool at_
 #define BTG_BEGUN 2
 /* No point of what was left to P is deeper in the tool as placed, mm. */
 double btg_search_deep_at_p(const btg_search *search);
-/* Where that may be too deep no more shall be left than may; false: it is not too deep, or that was
- * said before. */
+/* Where that may be too deep no more shall be left than may; false: it is not too deep. */
 bool btg_search_come_close_to_p(btg_search *search);
 
 /* basin.c: the basin of a contact of the tool placed at the best value; a region inside it; and a
@@ -153,6 +144,8 @@ bool btg_search_come_close_to_p(btg_search *search);
 btg_basin btg_basin_make(btg_search *search, btg_place place, uint32_t element);
 /* Any of the basins of the placed tool covers it; they are made when first asked for. */
 bool btg_basins_cover(btg_search *search, const btg_region *region, uint32_t element);
+/* Of the quarters of search->block in `bits`, those that a basin of the cutter covers. */
+unsigned btg_basins_covering(btg_search *search, unsigned bits);
 bool btg_cell_clear_to_second_order(btg_search *search, const btg_region *region,
                                     const btg_tool_element *e);
 

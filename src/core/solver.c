@@ -14,8 +14,10 @@ btg_solver_def btg_solver_def_default(void) {
 
 /* ---- workspace ---------------------------------------------------------------------------- */
 
+/* Room to begin where the search is aligned. */
 static size_t search_size(const btg_part *part) {
-    return sizeof(btg_search) + btg_search_stack_size(part) * sizeof(btg_entry);
+    return _Alignof(btg_search) + sizeof(btg_search) +
+           btg_search_stack_size(part) * sizeof(btg_entry);
 }
 
 size_t btg_workspace_size(const btg_part *part) {

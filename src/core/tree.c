@@ -62,7 +62,7 @@ static btg_status grow(quarters_build *build, const btg_net *net, const btg_piec
     btg_block block;
     *at = 0;
     if (level >= QUARTERS_DEPTH) return BTG_OK;
-    btg_block_make(build->part, piece, &block);
+    btg_block_make(build->part, &piece, 1, &block);
     btg_net quarter[4];
     quarter_nets(net, piece->cut, quarter);
     btg_piece piece_of[4];
@@ -73,7 +73,7 @@ static btg_status grow(quarters_build *build, const btg_net *net, const btg_piec
         double before = error_of(q->third), third[4] = {0, 0, 0, 0};
         btg_net_third(&quarter[k], third);
         for (int i = 0; i < 4; i++) {
-            float own = round_up(0.125 * third[i]);
+            float own = round_up(max2(0.125 * third[i], (double)BTG_THIRD_MIN));
             if (own < q->third[i]) q->third[i] = own;
         }
         wanted |=

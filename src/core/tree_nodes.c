@@ -46,7 +46,7 @@ static uint32_t cut_patch(const btg_part *part, const btg_piece *piece, int dept
     btg_block block;
     btg_piece quarter;
     uint32_t count = 0;
-    btg_block_make(part, piece, &block);
+    btg_block_make(part, &piece, 1, &block);
     for (int k = 0; k < 4; k++) {
         btg_block_quarter(part, &block, k, &quarter);
         count += cut_patch(part, &quarter, depth + 1, out ? out + count : NULL);

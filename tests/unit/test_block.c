@@ -1,4 +1,4 @@
-/* Bounds of four pieces at a time (core/block.c) against dense samples: points by the Bezier net,
+/* Bounds of a block of pieces (core/block.c) against dense samples: points by the Bezier net,
  * distances by their definition. */
 #include "check.h"
 #include "core/block.h"
@@ -7,7 +7,7 @@
 #define ROUNDS 900
 #define LEVELS 7
 #define GRID   25
-#define POSES  24
+#define POSES  12
 /* Rounding of the samples themselves, part of the coordinates' size. */
 #define ROUNDING 1e-13
 /* Of small pieces near the tool this many are bounded that well. */
@@ -17,7 +17,7 @@
 
 typedef struct sampled {
     btg_block block;
-    btg_vec3 point[4][GRID * GRID];
+    btg_vec3 point[BTG_BLOCK][GRID * GRID];
     double size; /* largest coordinate */
 } sampled;
 
@@ -56,11 +56,11 @@ static void check_model(const sampled *of, int k) {
 
 static void sample(const btg_part *part, sampled *of) {
     const btg_block *b = &of->block;
-    const btg_patch *patch = &part->patches[b->whole.item];
     of->size = part->scale;
-    for (int k = 0; k < 4; k++) {
+    for (int k = 0; k < (int)b->count; k++) {
+        const btg_patch *patch = &part->patches[b->whole[k / 4].item];
         for (int i = 0; i < GRID * GRID; i++) {
-            double u = b->u[k] + side(i / GRID) * b->hu, v = b->v[k] + side(i % GRID) * b->hv;
+            double u = b->u[k] + side(i / GRID) * b->hu[k], v = b->v[k] + side(i % GRID) * b->hv[k];
             of->point[k][i] = btg_patch_point(patch, u, v);
         }
         check_model(of, k);
@@ -81,7 +81,7 @@ static double distance(const btg_tool_element *e, const btg_placement *at, btg_v
  * gap of either sign. */
 static btg_placement random_pose(rng *r, const btg_tool_element *e, const sampled *of,
                                  bool tangent) {
-    int k = rng_pick(r, 4);
+    int k = rng_pick(r, (int)of->block.count);
     btg_vec3 p = of->point[k][rng_pick(r, GRID * GRID)];
     double ring = e->ring_radius_mm, corner = e->corner_radius_mm;
     btg_vec3 n = vec_unit(
@@ -102,7 +102,7 @@ static btg_placement random_pose(rng *r, const btg_tool_element *e, const sample
 
 static void fail(const sampled *of, int k, const btg_tool_element *e, const btg_placement *at,
                  const btg_block_bound *bound, double least, double top) {
-    const btg_piece *w = &of->block.whole;
+    const btg_piece *w = &of->block.whole[k / 4];
     if (failed++ > 5) return;
     fprintf(stderr, "piece u %a v %a hu %a hv %a cut %d, quarter %d, ring %g corner %g hollow %d\n",
             w->u, w->v, w->hu, w->hv, (int)w->cut, k, e->ring_radius_mm, e->corner_radius_mm,
@@ -119,7 +119,8 @@ static void check_pose(rng *r, const sampled *of, const btg_tool_element *e, boo
     bool always = rng_pick(r, 4) > 0;
     btg_block_bounds(&of->block, e, &at, always ? INFINITY : -1e-7, &bound);
     double slack = ROUNDING * (of->size + vec_norm(at.centre) + e->ring_radius_mm);
-    for (int k = 0; k < 4; k++) {
+    const double low_of_all = always ? INFINITY : -1e-7;
+    for (int k = 0; k < (int)of->block.count; k++) {
         double least = INFINITY, top = -INFINITY, height, radius = of->block.radius[k];
         for (int i = 0; i < GRID * GRID; i++) {
             least = min2(least, distance(e, &at, of->point[k][i], &height));
@@ -129,6 +130,8 @@ static void check_pose(rng *r, const sampled *of, const btg_tool_element *e, boo
         if (!holds) fail(of, k, e, &at, &bound, least, top);
         CHECK(bound.low[k] <= least + slack);
         CHECK(bound.top[k] >= top - slack);
+        CHECK((bound.deep >> k & 1) == (bound.low[k] < low_of_all));
+        CHECK((bound.high >> k & 1) == (bound.top[k] > 0));
         pieces++;
         double corner = e->corner_radius_mm;
         if (!always || radius > SMALL * corner || fabs(least) > 2 * radius) continue;
@@ -140,20 +143,25 @@ static void check_pose(rng *r, const sampled *of, const btg_tool_element *e, boo
 
 static void check_patch(rng *r, int round) {
     model m = {0};
-    hard_add_patch(&m, r, (hard_patch)(round % HARD_PATCHES), rng_pick(r, 2) ? 20 : 100);
+    double size = rng_pick(r, 2) ? 20 : 100;
+    hard_add_patch(&m, r, (hard_patch)(round % HARD_PATCHES), size);
+    hard_add_patch(&m, r, (hard_patch)rng_pick(r, HARD_PATCHES), size);
     btg_part *part = model_part(&m);
     model_free(&m);
     static sampled of;
-    btg_piece piece;
-    btg_piece_root(part, 0, &piece);
+    btg_piece piece[2];
+    const btg_piece *both[2] = {&piece[0], &piece[1]};
+    btg_piece_root(part, 0, &piece[0]);
+    btg_piece_root(part, (uint32_t)rng_pick(r, (int)part->patch_count), &piece[1]);
     for (int level = 0; level < LEVELS; level++) {
-        btg_block_make(part, &piece, &of.block);
+        btg_block_make(part, both, rng_pick(r, 4) > 0 ? 2 : 1, &of.block);
         sample(part, &of);
         for (int i = 0; i < POSES; i++) {
             btg_tool tool = hard_tool(rng_pick(r, HARD_CUTTERS));
             check_pose(r, &of, &tool.element[0], i % 3 > 0);
         }
-        btg_block_quarter(part, &of.block, rng_pick(r, 4), &piece);
+        btg_block_quarter(part, &of.block, rng_pick(r, 4), &piece[0]);
+        if (of.block.count > 4) btg_block_quarter(part, &of.block, 4 + rng_pick(r, 4), &piece[1]);
     }
     btg_part_destroy(part);
 }
@@ -167,13 +175,13 @@ static void check_triangles(rng *r, int round) {
     static sampled of;
     of.size = part->scale;
     for (int n = 0; n < 4; n++) {
-        uint32_t triangle[4], count = 1 + (uint32_t)rng_pick(r, 4);
-        for (int k = 0; k < 4; k++)
+        uint32_t triangle[BTG_BLOCK], count = 1 + (uint32_t)rng_pick(r, BTG_BLOCK);
+        for (int k = 0; k < BTG_BLOCK; k++)
             triangle[k] = (uint32_t)rng_pick(r, (int)part->triangle_count);
         btg_block_of_triangles(part, triangle, count, &of.block);
-        for (uint32_t k = 0; k < 4; k++) {
+        for (uint32_t k = 0; k < count; k++) {
             btg_vec3 c[3];
-            btg_triangle_corners(part, triangle[k < count ? k : 0], c);
+            btg_triangle_corners(part, triangle[k], c);
             for (int i = 0; i < GRID * GRID; i++) {
                 double u = 0.5 + 0.5 * side(i / GRID), v = 0.5 + 0.5 * side(i % GRID);
                 btg_vec3 p = vec_mad(c[0], vec_sub(c[1], c[0]), u);
