@@ -10,22 +10,28 @@
 #include "core/ray.h"
 
 /* The longest step, part of the cutter's radius, so that no bump between contacts is leapt over. */
-#define STEP 0.08
+#define STEP 0.15
 /* Steps of a walk at the most: twice across the tool, and then some to meet the scallop. */
 #define STEPS_MAX 64
-/* The end is where the clearance is the scallop to that part of it. */
-#define END 1e-3
+/* Where the clearance is the scallop to that part of it, its slope and bend tell the end. */
+#define END 0.05
 /* Or where steps are that short, part of the cutter's radius. */
-#define LEAST 1e-6
+#define LEAST 2e-5
 
-/* Newton's steps onto a plane; arrived that close to it, and to the least distance in it (parts of
- * the longest step: what is off then changes the distance by its square). */
+/* Newton's steps onto a plane; arrived that close to it, for any plane nearby will do, and to the
+ * least distance in it (parts of the longest step: what is off then changes the distance by its
+ * square). */
 #define CORRECTIONS 5
-#define ARRIVED     1e-6
-#define OFF         0.03
+#define ARRIVED     0.02
+#define OFF         0.12
 
-/* A crest is known to that part of it. */
-#define CREST 0.02
+/* A crest is known to that part of it; this near the scallop it does not tell whether there is a
+ * gap. */
+#define CREST      0.02
+#define CREST_NEAR 0.05
+/* Contacts so close to each other, part of the cutter's radius, may stand in two valleys that cross
+ * between them: what is outward of one is then nearer to the tool in the other's. */
+#define CLOSE 0.1
 
 /* A place of the walk and c there, with the derivatives that lead on. */
 typedef struct stand {
@@ -150,7 +156,7 @@ static bool look(const btg_strip_query *q, stand *at, double slope, held hold) {
     return true;
 }
 
-/* Moves `at` to a station; false: not so far, or the walk ends here. */
+/* Moves `at` to a station or just beside it; false: not so far, or the walk ends here. */
 static bool move(const btg_strip_query *q, stand *at, double station, double longest) {
     held hold = {false, false};
     for (int i = 0; i < CORRECTIONS; i++) {
@@ -182,32 +188,36 @@ static double reach(const stand *at, double side, double scallop) {
     return 2 * rest / (slope + root); /* the nearer one, without cancellation */
 }
 
-/* The end of the strip to one side (+1 or -1) of a contact. */
-static double walk(const btg_strip_query *q, const stand *contact, double side) {
+/* The end of the strip to one side (+1 or -1) of a contact; false: the scallop is not reached
+ * before it, the way ends there. */
+static bool walk(const btg_strip_query *q, const stand *contact, double side, double *end) {
     const btg_tool_element *e = &q->tool->element[0];
     double size = e->ring_radius_mm + e->corner_radius_mm, longest = STEP * size;
-    double inside = contact->station, outside = contact->station + side * 2 * size;
+    double inside = contact->station, outside = inside + side * 2 * size;
     stand at = *contact;
-    bool bracketed = false; /* the end is before `outside` */
+    bool bracketed = false, halve = false; /* the end is before `outside` */
     for (int i = 0; i < STEPS_MAX && side * (outside - inside) > LEAST * size; i++) {
         double way = fmin(reach(&at, side, q->scallop_mm), longest / at.stretch);
         double to = at.station + side * way;
-        if (side * (to - inside) <= 0 || (bracketed && side * (outside - to) <= 0))
+        if (halve || side * (to - inside) <= 0 || (bracketed && side * (outside - to) <= 0))
             to = 0.5 * (inside + outside);
         stand next = at;
-        bool stands = move(q, &next, to, longest);
-        if (stands && fabs(next.clearance - q->scallop_mm) <= END * q->scallop_mm)
-            return next.station;
-        if (stands) at = next;
-        if (stands && at.clearance <= q->scallop_mm) {
+        halve = !move(q, &next, to, longest);
+        if (!halve && fabs(next.clearance - q->scallop_mm) <= END * q->scallop_mm) {
+            way = reach(&next, side, q->scallop_mm);
+            *end = next.station + side * way;
+            if (fabs(way) * next.stretch <= longest) return true;
+        }
+        if (!halve) at = next;
+        if (!halve && at.clearance <= q->scallop_mm) {
             inside = at.station;
         } else {
-            outside = to;
+            outside = halve ? to : at.station;
             bracketed = true;
         }
-        if (!stands) at.bend = INFINITY; /* no guess: halve */
     }
-    return inside;
+    *end = inside;
+    return false;
 }
 
 /* The greatest clearance on the way from one contact to the station of the other; NaN: the way
@@ -217,19 +227,21 @@ static double crest(const btg_strip_query *q, const stand *contact, double to) {
     double longest = STEP * (e->ring_radius_mm + e->corner_radius_mm);
     double side = to < contact->station ? -1 : 1;
     stand at = *contact;
-    for (int i = 0; i < STEPS_MAX; i++) {
-        double rest = side * (to - at.station), way = longest / at.stretch;
+    double way = INFINITY, left = INFINITY; /* of the last step; what the crest is higher */
+    for (int i = 0; i < STEPS_MAX && left > CREST * at.clearance; i++) {
+        double rest = side * (to - at.station), most = longest / at.stretch;
         /* nearly a parabola on a parabola: the middle is a good first guess */
-        if (i == 0 && way > 0.4 * rest) way = 0.4 * rest;
-        if (at.bend < 0) way = fmin(way, side * at.slope / -at.bend);
-        if (!(way > 0)) break;
-        if (way >= rest) return at.clearance;
+        double next = i == 0 ? fmin(most, 0.5 * rest) : most;
+        if (at.bend < 0)
+            next = fmax(fmin(next, side * at.slope / -at.bend), -most);
+        else if (side * at.slope < 0) /* over it */
+            next = -0.5 * fabs(way);
+        way = next;
+        if (way >= rest || side * (at.station - contact->station) + way <= 0) break;
         if (!move(q, &at, at.station + side * way, longest)) return NAN;
-        double left = at.bend < 0 ? 0.5 * at.slope * at.slope / -at.bend : INFINITY;
-        if (left <= CREST * at.clearance) return at.clearance + left;
-        if (side * at.slope <= 0) break; /* just over it */
+        left = at.bend < 0 ? 0.5 * at.slope * at.slope / -at.bend : INFINITY;
     }
-    return at.clearance;
+    return at.clearance + (left <= CREST * at.clearance ? left : 0);
 }
 
 static bool stand_at(const btg_strip_query *query, const btg_contact *contact, stand *at) {
@@ -240,14 +252,24 @@ static bool stand_at(const btg_strip_query *query, const btg_contact *contact, s
     return stands;
 }
 
+/* The strip is known to be one, and to be followed outward from either contact. */
+static bool joined(const btg_strip_query *q, const btg_strip *strip) {
+    const btg_tool_element *e = &q->tool->element[0];
+    if (strip->apart_mm < CLOSE * (e->ring_radius_mm + e->corner_radius_mm)) return false;
+    return strip->crest_mm >= 0 && strip->crest_mm <= (1 - CREST_NEAR) * q->scallop_mm;
+}
+
 btg_strip btg_strip_measure(const btg_strip_query *query, const btg_contact *p,
                             const btg_contact *q) {
     stand a, b;
     btg_strip strip = {.crest_mm = NAN};
     bool has_a = stand_at(query, p, &a), has_b = q && stand_at(query, q, &b);
+    double from, to;
     if (!has_a || !has_b) {
-        if (has_a) strip.width_mm = walk(query, &a, 1) - walk(query, &a, -1);
-        if (has_b) strip.width_mm = walk(query, &b, 1) - walk(query, &b, -1);
+        if (!has_a && !has_b) return strip;
+        walk(query, has_a ? &a : &b, -1, &from);
+        walk(query, has_a ? &a : &b, 1, &to);
+        strip.width_mm = to - from;
         return strip;
     }
     if (a.station > b.station) {
@@ -255,12 +277,20 @@ btg_strip btg_strip_measure(const btg_strip_query *query, const btg_contact *p,
         a = b;
         b = swap;
     }
-    double from_a = walk(query, &a, -1), to_a = walk(query, &a, 1);
-    double from_b = walk(query, &b, -1), to_b = walk(query, &b, 1);
-    double from = fmin(from_a, from_b), to = fmax(to_a, to_b), gap = from_b - to_a;
     strip.apart_mm = b.station - a.station;
-    strip.width_mm = gap > 0 ? to - from - gap : to - from;
+    double gap = 0;
     strip.crest_mm = crest(query, &a, b.station);
+    bool ends = walk(query, &a, -1, &from);
+    ends = walk(query, &b, 1, &to) && ends;
+    if (!ends || !joined(query, &strip)) {
+        double to_a, from_b;
+        walk(query, &a, 1, &to_a);
+        walk(query, &b, -1, &from_b);
+        from = fmin(from, from_b);
+        to = fmax(to, to_a);
+        gap = fmax(from_b - to_a, 0);
+    }
+    strip.width_mm = to - from - gap;
     strip.span_mm = to - from;
     return strip;
 }
