@@ -57,6 +57,8 @@
 #define CREST_GOOD 0.94
 /* From here on the crest is a matter of |PQ| alone. */
 #define CREST_NEAR 0.05
+/* What could be there may be that much more, foreseen from a crest e times as high. */
+#define COULD_ERROR 0.15
 /* A strip that much wider is worth another tilt. */
 #define WORTH 0.003
 /* A branch that has no strip of its own so near its place is none. */
@@ -391,12 +393,17 @@ static branch branch_look(const btg_spin_search *s, int number, double heading) 
         b.own = true;
         if (at_crest(m)) b.settled = true;
         if (m->crest <= CREST_AIM && (!low || m->crest > low->crest)) low = m;
+        if (m->crest > CREST_AIM && (!high || m->crest < high->crest)) high = m;
     }
     if (!model) return b;
     double middle = model->heading + (branch_of(model, heading) / 2 != number / 2 ? BTG_PI : 0);
     b.spin = wrap(middle + (number % 2 ? model->half : -model->half));
+    if (high) b.could = high->could * (1 + COULD_ERROR * log(high->crest / CREST_AIM));
     if (low) b.could = low->could;
-    if (low) high = beyond_crest(s, low, number, heading);
+    if (low)
+        high = beyond_crest(s, low, number, heading);
+    else
+        high = NULL;
     if (high && low->crest > CREST_NEAR) { /* by the logarithm, which is straighter */
         double a = log(low->crest / CREST_AIM), c = log(high->crest / CREST_AIM);
         double share = fmin(fmax(a / (a - c), 0.1), 0.9);
