@@ -122,6 +122,9 @@ static int cut(run *r) {
     }
     progress_end(&bar);
     if (status < 0) return refuse(r, status);
+    btg_part_info part;
+    btg_part_get_info(r->part, &part);
+    btg_track_end(&r->track, part.box_min, part.box_max);
     btg_verify_end(r->verify, &r->report.result);
     r->report.seconds += app_seconds() - begin;
     return APP_DONE;

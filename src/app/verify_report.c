@@ -13,7 +13,7 @@ bool verify_ok(const verify_report *v) {
     if (isfinite(o->max_gouge_mm) && v->result.collisions > 0) return false;
     return v->result.max_gouge_mm <= o->max_gouge_mm &&
            v->result.max_scallop_mm <= o->max_scallop_mm && v->track->missing == 0 &&
-           v->track->reader.haste <= HASTE_MAX;
+           v->track->doubled == 0 && v->track->reader.haste <= HASTE_MAX;
 }
 
 /* ---- for people --------------------------------------------------------------------------- */
@@ -58,6 +58,9 @@ static void print_missing(const btg_track *t, FILE *file) {
                 "%-14s %10" PRIu64 " positions by their numbers, first before pass %u, point %u\n",
                 "MISSING", t->missing, t->missing_pass, t->missing_point);
     }
+    if (t->doubled > 0)
+        fprintf(file, "%-14s %10" PRIu64 " rows are the one before again, first line %" PRIu64 "\n",
+                "DOUBLED", t->doubled, t->doubled_line);
 }
 
 static void print_bounds(const verify_report *v, FILE *file) {
@@ -151,6 +154,7 @@ static void json_missing(btg_json *json, const btg_track *t) {
         btg_json_count(json, "point", t->missing_point);
         btg_json_close(json, '}');
     }
+    btg_json_count(json, "doubled", t->doubled);
     if (t->kind != BTG_TRACK_PROGRAM) return;
     btg_json_string(json, "machine", t->reader.machine->def.name);
     btg_json_count(json, "moves", t->reader.moves);

@@ -7,18 +7,20 @@
 #include <string.h>
 #include <strings.h>
 
-#define CSV_COLUMNS     11
+#define CSV_COLUMNS     12
 #define BYTE_ORDER_MARK "\xef\xbb\xbf"
 #define COLUMNS_MAX     64
 #define AXIS_LENGTH_MIN 1e-6
 #define ROW_MAX         1e15 /* a double counts up to there */
 #define MM_PER_INCH     25.4
+/* Feet are written with all their digits. */
+#define FOOT_TOLERANCE_MM 1e-6
 /* A cutter's diameter and its two radii, as APT gives them, agree this well. */
 #define CUTTER_AGREES 1e-4
 
 static const char *const csv_column[CSV_COLUMNS] = {"pass",   "point", "status", "tip_x",
                                                     "tip_y",  "tip_z", "axis_x", "axis_y",
-                                                    "axis_z", "row",   "foot_x"};
+                                                    "axis_z", "row",   "foot_x", "foot_y"};
 
 static btg_status fail(const btg_track *t, btg_message *message, const char *reason) {
     return btg_fail(message, BTG_ERROR_FORMAT, "%.256s:%llu: %s", t->path,
@@ -204,6 +206,24 @@ static void check_numbers(btg_track *t, uint32_t pass, uint32_t point, double ro
     t->last_row = (uint64_t)row;
 }
 
+/* Where passes begin and end. */
+static void note_foot(btg_track *t, bool same, const double foot[2]) {
+    if (t->numbered && same && foot[0] != t->last_foot_x) t->whole = false;
+    if (!t->numbered || !same) t->passes++;
+    if (!t->numbered) memcpy(t->first_foot, foot, sizeof t->first_foot);
+    if (t->passes == 1) t->first_end_y = foot[1];
+    if (t->passes == 2) t->second_foot_x = foot[0];
+    t->last_foot_x = foot[0];
+}
+
+/* No two rows of ours are the same: points have numbers, lifts another status. Rows that are
+ * numbered tell by that. */
+static void note_doubled(btg_track *t, size_t size) {
+    bool told = t->column[0] >= 0 && t->column[1] >= 0 && t->column[9] < 0;
+    if (told && strcmp(t->text, t->before) == 0 && t->doubled++ == 0) t->doubled_line = t->line;
+    memcpy(t->before, t->text, size + 1);
+}
+
 static btg_status csv_row(btg_track *t, btg_verify_pose *pose, bool *contact,
                           btg_message *message) {
     double v[CSV_COLUMNS] = {0};
@@ -227,8 +247,7 @@ static btg_status csv_row(btg_track *t, btg_verify_pose *pose, bool *contact,
         return fail(t, message, "row is no count; give whole numbers from 1");
     bool same = t->numbered && (uint32_t)v[0] == t->last_pass;
     if (t->column[0] < 0) same = true;
-    if (t->numbered && same && v[10] != t->last_foot_x) t->whole = false;
-    t->last_foot_x = v[10];
+    note_foot(t, same, &v[10]);
     check_numbers(t, (uint32_t)v[0], (uint32_t)v[1], v[9]);
     *contact = !isnan(v[3]);
     if (!*contact) {
@@ -248,6 +267,7 @@ static btg_status csv_next(btg_track *t, btg_verify_pose *pose, bool *ended, btg
         if (status == BTG_OK && *ended) add_missing(t, skipped_end(t), t->last_pass, t->pass_end);
         if (status < 0 || *ended) return status;
         if (size == 0) continue;
+        note_doubled(t, size);
         status = csv_row(t, pose, &contact, message);
         if (status == BTG_OK && contact && t->told) status = csv_tell(t, pose, message);
         if (status < 0) return status;
@@ -481,6 +501,20 @@ btg_status btg_track_next(btg_track *t, btg_verify_pose *pose, bool *ended, btg_
         return BTG_OK;
     }
     return next(t, pose, ended, message);
+}
+
+void btg_track_end(btg_track *t, btg_vec3 box_min, btg_vec3 box_max) {
+    double overrun = box_min.x - t->first_foot[0], left = box_max.x + overrun - t->last_foot_x;
+    /* Feet of a file's are one pass, of any shape. */
+    bool ours = t->kind == BTG_TRACK_CSV && t->whole && t->passes > 1 &&
+                overrun >= -FOOT_TOLERANCE_MM &&
+                fabs(box_min.y - overrun - t->first_foot[1]) <= FOOT_TOLERANCE_MM &&
+                fabs(box_max.y + overrun - t->first_end_y) <= FOOT_TOLERANCE_MM;
+    if (!ours || !(left > FOOT_TOLERANCE_MM)) return;
+    double step = t->second_foot_x - t->first_foot[0];
+    if (!(step > FOOT_TOLERANCE_MM)) return;
+    double passes = fmin(ceil(left / step - FOOT_TOLERANCE_MM), ROW_MAX);
+    add_missing(t, (uint64_t)passes, t->last_pass + 1, 0);
 }
 
 void btg_track_close(btg_track *track) {

@@ -31,7 +31,7 @@ typedef struct btg_track {
     uint64_t line;
     char text[BTG_TRACK_LINE];
     /* CSV */
-    int columns, column[11]; /* pass, point, status, tip, axis, row, foot_x */
+    int columns, column[12]; /* pass, point, status, tip, axis, row, foot */
     bool numbered;           /* `last` has the numbers of a row */
     uint32_t last_pass, last_point;
     uint64_t last_row;
@@ -42,8 +42,11 @@ typedef struct btg_track {
     uint32_t missing_pass, missing_point; /* CSV: the first of them */
     int value_column[BTG_ROW_VALUES];
     bool whole; /* every column of ours is there, and passes are straight along y */
-    double last_foot_x;
-    bool told; /* with def.rows, and whole: */
+    uint32_t passes;
+    double first_foot[2], first_end_y, second_foot_x, last_foot_x; /* of the passes */
+    char before[BTG_TRACK_LINE];                                   /* the row before */
+    uint64_t doubled, doubled_line; /* rows that are that one again; where the first is */
+    bool told;                      /* with def.rows, and whole: */
     btg_row row;
     /* APT */
     bool cutter; /* the file says which: */
@@ -70,6 +73,10 @@ btg_status btg_track_open(btg_track *track, const btg_track_def *def, const char
 /* *ended: there was none left. Rows without contact are passed over. */
 btg_status btg_track_next(btg_track *track, btg_verify_pose *pose, bool *ended,
                           btg_message *message);
+/* When all is read: passes that are not there at the end of a path over a part of that extent are
+ * missing too, where its feet stand as our straight passes do, from one end of the part to the
+ * other with the same overrun on all sides. Elsewhere nothing tells. */
+void btg_track_end(btg_track *track, btg_vec3 box_min, btg_vec3 box_max);
 void btg_track_close(btg_track *track);
 
 #endif

@@ -129,7 +129,8 @@ class Verify(program.Case):
             return [r for r in rows if (r["pass"], r["point"]) != ("4", "6")][:end - 1]
 
         v = self.verify(self.changed(delete), code=1)
-        self.assertEqual(v["missing"], 1)
+        last = int(program.rows_of(self.path_csv)[-1]["pass"])
+        self.assertEqual(v["missing"], 1 + last - 4)  # and the passes after
         self.assertEqual(v["missing_before"], {"pass": 4, "point": 7})
 
     def test_deleted_at_ends(self):
@@ -150,6 +151,46 @@ class Verify(program.Case):
         for pass_, numbered in ((first, False), ("4", False), (last, False), (last, True)):
             v = self.verify(self.changed(lambda rows, p=pass_, n=numbered: delete(rows, p, n)), code=1)
             self.assertEqual(v["missing"], 1, (pass_, numbered))
+
+    def plain(self, *words):
+        """A path without numbers of its rows, as lines."""
+        self.good("path", self.part, "--tool", "4,3", "--side-step", "9", "--forward-step", "4",
+                  "--quiet", "-o", self.path_csv, *words)
+        with open(self.path_csv) as f:
+            return f.readlines()
+
+    def test_last_passes_deleted(self):
+        """Passes go from one end of the part to the other: the last ones are missed too."""
+        for words in ((), ("--overrun", "3"), ("--footprint", "zigzag"), ("--footprint", "one-way")):
+            lines = self.plain(*words)
+            self.assertEqual(self.verify(self.path_csv)["missing"], 0, words)
+            last = int(lines[-1].split(",")[0])
+            for gone in (1, 2, last - 1):
+                cut = [line for line in lines if line.split(",")[0] not in
+                       {str(last - k) for k in range(gone)}]
+                v = self.verify(self.write("cut.csv", "".join(cut)), code=1)
+                self.assertEqual(v["missing"], gone, words)
+                self.assertEqual(v["missing_before"], {"pass": last + 1 - gone, "point": 0})
+
+    def test_feet_of_their_own(self):
+        """Feet from a file stand where they like."""
+        feet = ["".join(f"{x} {y}\n" for x in xs for y in (0, 30, 60)) for xs in ((0, 9), (0,))]
+        for footprint in ("points:" + self.write("two.txt", feet[0]),
+                          "points:" + self.write("one.txt", feet[1]), "contour"):
+            self.plain("--footprint", footprint)
+            self.assertEqual(self.verify(self.path_csv)["missing"], 0, footprint)
+
+    def test_doubled(self):
+        """A row twice in a path whose rows have no numbers."""
+        for words in ((), ("--footprint", "one-way")):
+            lines = self.plain(*words)
+            self.assertEqual(self.verify(self.path_csv)["doubled"], 0)
+            for at in (1, 20, len(lines) - 1):
+                broken = self.write("broken.csv", "".join(lines[:at + 1] + lines[at:]))
+                v = self.verify(broken, code=1)
+                self.assertEqual((v["doubled"], v["missing"], v["ok"]), (1, 0, False), at)
+        self.assertRegex(self.run_program("verify", self.part, broken, "--tool", "4,3").stdout.decode(),
+                         rf"DOUBLED +1 rows .* line {len(lines) + 1}\n")
 
     def test_bent_passes(self):
         """Passes that are not straight along y may have as many points as they like."""
