@@ -97,6 +97,7 @@ int report(const view_options &o, const view::state &s, const view::frame_facts 
     numbers(&json, "eye_mm", camera_eye(s.eye), 3);
     numbers(&json, "target_mm", s.eye.target, 3);
     btg_json_number(&json, "height_deg", view::camera_fov_deg);
+    numbers(&json, "target_px", facts.target_pixel, 2);
     btg_json_close(&json, '}');
     btg_json_close(&json, '}');
     btg_output_text(&out, "\n");

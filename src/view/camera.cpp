@@ -43,7 +43,9 @@ glm::mat4 camera_matrix(const camera &c, double aspect, glm::dvec3 origin, glm::
             look[column][row] = axis[row][column];
         look[3][row] = glm::dot(axis[row], origin - eye);
     }
-    return glm::mat4(glm::perspective(camera_fov_deg * degree, aspect, near, far) * look);
+    glm::dmat4 lens = glm::perspective(camera_fov_deg * degree, aspect, near, far);
+    lens[2][0] += 2 * c.aside;
+    return glm::mat4(lens * look);
 }
 
 glm::dvec3 camera_project(const glm::mat4 &matrix, glm::dvec3 origin, glm::dvec2 size,

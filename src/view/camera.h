@@ -11,6 +11,7 @@ struct camera {
     double azimuth_deg = -60;  /* of the eye, from +x toward +y */
     double elevation_deg = 25; /* of the eye over the horizon, -90 .. 90 */
     double distance = 100;     /* eye to target, > 0 */
+    double aside = 0;          /* the target stands so far left of the middle, of the width */
 };
 
 constexpr double camera_fov_deg = 30; /* of the picture's height */

@@ -13,10 +13,11 @@ namespace view {
 bool draw_frame(scene *s, panel *p, state *st, int width, int height, frame_facts *facts,
                 std::string *why) {
     st->aspect = double(width) / height;
+    ImVec2 room = ImGui::GetIO().DisplaySize;
+    st->eye.aside = panel_aside(*st, static_cast<int>(room.x), static_cast<int>(room.y));
     if (!canvas_begin(s->on, width, height, why) || !scene_update(s, *st, why)) return false;
     scene_draw(s, *st);
     canvas_flatten(s->on);
-    ImVec2 room = ImGui::GetIO().DisplaySize;
     panel_say(st, *s, static_cast<int>(room.x), static_cast<int>(room.y));
     ImGui::Render();
     panel_draw(p, width, height);
@@ -25,6 +26,7 @@ bool draw_frame(scene *s, panel *p, state *st, int width, int height, frame_fact
     glm::dvec2 size(width, height);
     facts->p_pixel = at.has_p ? scene_project(*s, size, at.p) : glm::dvec3(0, 0, -1);
     facts->q_pixel = at.has_q ? scene_project(*s, size, at.q) : glm::dvec3(0, 0, -1);
+    facts->target_pixel = {size.x * (0.5 - st->eye.aside), 0.5 * size.y, 0};
     facts->frames++;
     return true;
 }

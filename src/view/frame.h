@@ -8,7 +8,7 @@ namespace view {
 
 /* What a finished frame tells of itself, for --json. */
 struct frame_facts {
-    glm::dvec3 p_pixel{0, 0, -1}, q_pixel{0, 0, -1};
+    glm::dvec3 p_pixel{0, 0, -1}, q_pixel{0, 0, -1}, target_pixel{0};
     std::size_t frames = 0;
 };
 

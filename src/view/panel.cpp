@@ -6,6 +6,7 @@ extern "C" {
 #include "io/map.h"
 }
 
+#include <algorithm>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -249,8 +250,19 @@ static void source(const state &st) {
          st.path->backend.c_str());
 }
 
+static float side_width(int width) {
+    return std::min(panel_width, 0.45f * static_cast<float>(width));
+}
+
+double panel_aside(const state &st, int width, int height) {
+    if (!st.panel || !current(st)) return 0;
+    double middle = 0.5 * width, room = width - side_width(width) - 2 * margin;
+    double contacts = 0.5 * std::min(width, height) / surroundings;
+    return std::clamp(middle + contacts - room, 0.0, middle - 0.5 * room) / width;
+}
+
 static void side_panel(state *st, const pose &at, int width, int height) {
-    float wide = std::min(panel_width, 0.45f * static_cast<float>(width));
+    float wide = side_width(width);
     ImGui::SetNextWindowPos({static_cast<float>(width) - wide - margin, margin});
     ImGui::SetNextWindowSizeConstraints({wide, 0}, {wide, static_cast<float>(height) - 2 * margin});
     ImGui::Begin("side", nullptr,

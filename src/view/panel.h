@@ -22,6 +22,9 @@ void panel_close(panel *p);
 /* Says what is to be seen and what is clicked, into `st`. The caller has begun the frame: display
  * size, time, mouse and keys are ImGui's. */
 void panel_say(state *st, const scene &s, int width, int height);
+/* camera::aside with which the panel leaves the tool's contacts to be seen; 0 where there is room.
+ */
+double panel_aside(const state &st, int width, int height);
 /* Onto the framebuffer that is bound. */
 void panel_draw(panel *p, int width, int height);
 

@@ -14,8 +14,6 @@ extern "C" {
 namespace view {
 
 static constexpr double degree = 3.14159265358979323846 / 180;
-/* Of the tool's outer radius: how much of its surroundings is seen. */
-static constexpr double surroundings = 2.2;
 
 const btg_row *current(const state &s) {
     return s.path && s.at < s.path->rows.size() ? &s.path->rows[s.at] : nullptr;

@@ -65,6 +65,9 @@ void open_dropped(state *s, const path_options &options);
 /* A new path: the camera and the row stay where they fit. */
 void set_path(state *s, std::shared_ptr<tour> path);
 
+/* Of the tool's outer radius: how much of its surroundings look_at_tool shows. */
+constexpr double surroundings = 2.2;
+
 /* Where the camera looks: near the tool, or at the whole part with the tool. */
 void look_at_tool(state *s);
 void look_at_part(state *s);

@@ -111,7 +111,8 @@ def project(facts, size, point):
     up = cross(right, ahead)
     to = sub(point, camera["eye_mm"])
     scale = size[1] / 2 / math.tan(math.radians(camera["height_deg"] / 2)) / dot(to, ahead)
-    return size[0] / 2 + scale * dot(to, right), size[1] / 2 - scale * dot(to, up)
+    middle = camera["target_px"]
+    return middle[0] + scale * dot(to, right), middle[1] - scale * dot(to, up)
 
 
 def vector(row, name):
@@ -270,6 +271,23 @@ class Switches(View):
         on = self.bare("t", "t", "3", "a", "g")
         self.assertLess(count(off, is_deep_blue), 1000)
         self.assertGreater(count(on, is_deep_blue), 3000)
+
+    def test_panel_leaves_room(self):
+        """P and Q are seen beside the panel in narrow windows too, and stand as without it in wide
+        ones."""
+        rows = self.path()
+        for size in ((800, 500), (500, 400), (1280, 720)):
+            picture, facts = self.look("--keys", "h,t,t,r,l", size=size)
+            _, alone = self.look("--keys", "h,tab", size=size)
+            panel = min(330, 0.45 * size[0]) + 10
+            for name, colour in (("p", is_blue), ("q", is_orange)):
+                x, y = project(facts, size, vector(rows[facts["position"] - 1], name))
+                self.assertAlmostEqual(x, facts[name + "_pixel"][0], delta=0.5)
+                self.assertLess(x + 5, size[0] - panel)
+                here = picture.near(x, y, 2)
+                self.assertGreater(sum(map(colour, here)), 0.8 * len(here), (size, name))
+            if size[0] == 1280:
+                self.assertEqual(facts["p_pixel"], alone["p_pixel"])
 
     def test_help_leaves_room(self):
         """In a narrow window the list of keys waits for the panel's place: the tool is seen."""
