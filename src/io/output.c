@@ -50,18 +50,6 @@ void btg_output_guard(void) {
 
 /* ---- where -------------------------------------------------------------------------------- */
 
-static btg_status fail(const char *path, int error, btg_message *message) {
-    const char *remedy = "write elsewhere";
-    if (error == ENOSPC || error == EDQUOT || error == EFBIG)
-        remedy = "make room or write elsewhere";
-    if (error == ENOENT) remedy = "make its directory first";
-    if (error == EACCES || error == EPERM || error == EROFS) {
-        remedy = "change the permissions or write elsewhere";
-    }
-    return btg_fail(message, BTG_ERROR_FILE, "%.256s: cannot write: %s; %s", path, strerror(error),
-                    remedy);
-}
-
 /* Number of the descriptor that the path names, or -1. */
 static int descriptor(const char *path) {
     const char *const prefix[2] = {"/dev/fd/", "/proc/self/fd/"};
@@ -75,6 +63,23 @@ static int descriptor(const char *path) {
         if (end != path + n && *end == '\0' && number >= 0 && number < INT_MAX) return (int)number;
     }
     return -1;
+}
+
+static btg_status fail(const char *path, int error, btg_message *message) {
+    const char *reason = strerror(error), *remedy = "write elsewhere";
+    if (error == ENOSPC || error == EDQUOT || error == EFBIG)
+        remedy = "make room or write elsewhere";
+    if (error == ENOENT) remedy = "make its directory first";
+    if (error == EACCES || error == EPERM || error == EROFS) {
+        remedy = "change the permissions or write elsewhere";
+    }
+    /* A standard stream that is closed stands as one to read from (btg_output_guard). */
+    if (error == EBADF || (error == EINVAL && descriptor(path) >= 0)) {
+        reason = "it is not open for writing";
+        remedy = "open it or write to a file";
+    }
+    if (strcmp(path, "-") == 0) path = "standard output";
+    return btg_fail(message, BTG_ERROR_FILE, "%.256s: cannot write: %s; %s", path, reason, remedy);
 }
 
 static btg_status adopt(btg_output *o, int fd, btg_message *message) {

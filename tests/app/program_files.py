@@ -224,6 +224,10 @@ class Files(Case):
         self.assertEqual(done.returncode, 1)
         self.assertIn(b"standard output", done.stderr)
         self.assertEqual(len(rows_of(self.at("out.csv"))), 155)
+        closed = "standard output: cannot write: it is not open for writing; open it or "
+        for words in (["path", self.part, "-o", "csv:-"], ["path", self.part], ["info"]):
+            self.bad(1, *words, say=closed, preexec_fn=lambda: os.close(1))
+        self.bad(1, "path", self.part, "-o", "json:/dev/fd/77", say="77: cannot write: it is not")
 
     def test_existing(self):
         target = self.write("target.csv", "old\n")
