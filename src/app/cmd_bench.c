@@ -13,6 +13,8 @@
 #define SECONDS_QUICK 3.0
 #define SECONDS_MIN   0.1
 #define SECONDS_MAX   86400.0
+/* Degrees; the greatest tilt on the papers' surfaces is 17. */
+#define PAPERS_TILT 20
 /* What the papers' accuracy is compared at: finer than any machine. */
 #define TOLERANCE_MM 1e-6
 
@@ -185,6 +187,11 @@ static bool agree(const bench_options *o) {
     if (o->papers && (o->part_count > 0 || o->chosen || o->png))
         return app_refuse("--papers", "stands alone: no PART, no other measure, no -o; pictures go "
                                       "to --pictures FOLDER");
+    if (o->path.machine_tilt)
+        return app_refuse("--max-tilt", "'machine'; bench knows no machine, give degrees");
+    if (o->papers && o->path.max_tilt_deg < PAPERS_TILT)
+        return app_refuse("--max-tilt", "the papers compare second contacts, which tilts up to 17 "
+                                        "degrees reach; give 20 or more with --papers");
     if (o->pictures && !o->papers)
         return app_refuse("--pictures", "draws the papers' figures; give --papers");
     if (o->part_count > 0 && standard_only && !others)

@@ -72,10 +72,11 @@ static btg_status iterations(papers *p) {
     }
     papers_note_add(
         p, newton,
-        "The paper: on average fewer than 5 seeds, fewer than 20 iterations but where the "
-        "tool fits the part's curvature; here means of "
-        "the answers found, iterations of the seed that led there. Given up are contacts "
-        "on the part's edge, where there is no common normal, and osculating ones.");
+        "%zu positions a surface. The paper: on average fewer than 5 seeds, fewer than 20 "
+        "iterations but where the tool fits the part's curvature; here means of the answers found, "
+        "iterations of the seed that led there. Given up are contacts "
+        "on the part's edge, where there is no common normal, and osculating ones.",
+        count);
     papers_note_add(p, newton,
                     "The same position: 1e-5 mm and 1e-4 deg, contacts not on the edge; the others "
                     "are roots that cut the part by less than the gouge grid of 48 x 36 shows.");
@@ -145,9 +146,10 @@ static void add_spread(papers *p, int surface, const btg_position *all, cloud *c
 }
 
 /* The paper's path of uniform contact spacing, which it made by hand: the policy `gap`. */
-static btg_status uniform(papers *p, int surface) {
+static btg_status uniform(papers *p, int surface, size_t *asked) {
     size_t count;
     double *xy = papers_footprint(p->quick ? 25 : 5, &count), met = 0, tilted = 0;
+    *asked = count;
     btg_position *out = malloc((xy ? count : 1) * sizeof *out);
     btg_status status = xy && out ? BTG_OK : BTG_ERROR_MEMORY;
     btg_method_def def = papers_method("vcrf");
@@ -170,6 +172,7 @@ static btg_status uniform(papers *p, int surface) {
 }
 
 static btg_status spreads(papers *p) {
+    size_t asked = 0;
     btg_position *all = malloc(ALL * sizeof *all);
     cloud *clouds = malloc(PAPERS_SURFACES * sizeof *clouds);
     btg_status status = all && clouds ? BTG_OK : BTG_ERROR_MEMORY;
@@ -179,7 +182,7 @@ static btg_status spreads(papers *p) {
         status = spin_round(p, k, all);
         if (status != BTG_OK) break;
         add_spread(p, k, all, &clouds[k]);
-        status = uniform(p, k);
+        status = uniform(p, k, &asked);
         panels[k] = btg_chart_panel_of(papers_surface[k], "x of Q - P, mm", "y of Q - P, mm");
         panels[k].same_scale = true;
         panels[k].x_min = -14;
@@ -189,8 +192,9 @@ static btg_status spreads(papers *p) {
     papers_note_add(p, spread,
                     "%d places a surface, %d spins of 10 deg each, in closed form. The paper turns "
                     "about two axes: the normal at P (spin) and the pseudo-insert's; the second "
-                    "angle, here the inclination, is the one at which the tool touches again.",
-                    FEET, SPINS);
+                    "angle, here the inclination, is the one at which the tool touches again. "
+                    "|PQ| = 6 mm is asked for at %zu positions a surface.",
+                    FEET, SPINS, asked);
     if (status == BTG_OK)
         status = papers_chart(p, "dst-spread", "Second contacts about the first, all spins", panels,
                               PAPERS_SURFACES, PAPERS_SURFACES);

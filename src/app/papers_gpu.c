@@ -36,8 +36,12 @@ static bool is_ready(const char *backend) {
     return false;
 }
 
+static size_t feet_of(const papers *p, size_t k) {
+    return p->quick ? QUICK_FEET : columns[k].feet;
+}
+
 static btg_status time_column(papers *p, size_t k) {
-    size_t feet = p->quick ? QUICK_FEET : columns[k].feet;
+    size_t feet = feet_of(p, k);
     double seconds = 0, *xy = malloc(2 * feet * sizeof *xy);
     btg_position *out = malloc(feet * sizeof *out);
     btg_method_def def = papers_method("depth");
@@ -63,7 +67,17 @@ static btg_status time_column(papers *p, size_t k) {
     return status;
 }
 
+/* On how many positions a pair of columns, one level and two, is timed. */
+static const char *timed_on(const papers *p, size_t k, char text[64]) {
+    if (p->quick)
+        snprintf(text, 64, "%zu positions, two levels alone", feet_of(p, k + 1));
+    else
+        snprintf(text, 64, "%zu and %zu positions", feet_of(p, k), feet_of(p, k + 1));
+    return text;
+}
+
 static btg_status level_times(papers *p) {
+    char text[64];
     btg_status status = BTG_OK;
     bool osmesa = is_ready("osmesa");
     for (size_t k = 0; k < sizeof columns / sizeof *columns && status == BTG_OK; k++) {
@@ -81,12 +95,14 @@ static btg_status level_times(papers *p) {
             "GPU: osmesa's answers as they are (--raw), llvmpipe, a rasteriser on this "
             "processor; the tool's image is analytic and drops of a batch share one "
             "picture, so read-back, the paper's cost, is nothing; drawing is all. Timed "
-            "on 8 and 95 positions.");
+            "on %s.",
+            timed_on(p, 0, text));
     papers_note_add(
         p, table_1,
         "CPU: one thread, a ray a pixel to the exact surface by Newton's method, 28 drops a "
-        "position; timed on 2 and 24 positions. The paper's gain "
-        "of two levels is in pixels: 2 x 50^2 for 650^2, 85 times fewer.");
+        "position; timed on %s. The paper's gain of two levels is in pixels: 2 x 50^2 for 650^2, "
+        "85 times fewer.",
+        timed_on(p, 2, text));
     return status;
 }
 
@@ -99,6 +115,10 @@ static const char figure_6[] = "GPU figure 6: error of pixels along the insert";
 #define QUICK_DIRECTIONS 6
 #define WINDOWS          3
 static const uint32_t window[WINDOWS] = {50, 125, 254}; /* 0.508, 0.203 and 0.1 mm */
+
+static int directions(const papers *p) {
+    return p->quick ? QUICK_DIRECTIONS : DIRECTIONS;
+}
 
 /* A plane through the origin that rises by `slope` along a direction. */
 static btg_part *plane(double slope, double direction) {
@@ -145,7 +165,7 @@ static btg_status measure_once(papers *p, double slope, double direction, uint32
 static btg_status measure(papers *p, double slope, uint32_t pixels, double *worst) {
     btg_status status = BTG_OK;
     *worst = 0;
-    for (int i = 0; i < (p->quick ? QUICK_DIRECTIONS : DIRECTIONS) && status == BTG_OK; i++) {
+    for (int i = 0; i < directions(p) && status == BTG_OK; i++) {
         double deep = 0;
         status = measure_once(p, slope, 0.37 + 2.399963 * i, pixels, &deep);
         *worst = fmax(*worst, deep);
@@ -216,7 +236,7 @@ static btg_status pixel_errors(papers *p) {
             "and leaves out that the tool is round across the insert too (on level ground that "
             "helps: it touches along its circle, and some pixel is near); the bound "
             "compared (and that of bitangent plan) has all of it.",
-            DIRECTIONS);
+            directions(p));
         status = draw_errors(p, c);
     }
     free(c);

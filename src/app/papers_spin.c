@@ -7,7 +7,10 @@
 #include <stdlib.h>
 
 static const char table[] = "Spin policies: strip and scallop, side step 18 mm";
-#define PASS_FEET  76
+#define PASS_FEET 76
+#define QUICK_PASS                                                                                 \
+    4 /* the one that --quick looks at; on the first the part ends beside the tool                 \
+       */
 #define SCALLOP_MM 0.01
 #define CELL_MM    0.5
 #define PART_MM    150.0
@@ -100,8 +103,12 @@ static void add(papers *p, int surface, const policy *of, const outcome *o, cons
 
 btg_status papers_spin(papers *p) {
     size_t count;
-    double *xy = papers_footprint(1, &count);
-    if (p->quick) count = PASS_FEET;
+    double *feet = papers_footprint(1, &count);
+    const double *xy = feet;
+    if (p->quick && feet) {
+        xy += 2 * QUICK_PASS * PASS_FEET;
+        count = PASS_FEET;
+    }
     btg_position *path = malloc((xy ? count : 1) * sizeof *path);
     btg_status status = xy && path ? BTG_OK : BTG_ERROR_MEMORY;
     for (int surface = 0; surface < PAPERS_SURFACES && status == BTG_OK; surface++) {
@@ -111,14 +118,16 @@ btg_status papers_spin(papers *p) {
             if (status == BTG_OK) add(p, surface, &policies[k], &o[k], &o[0]);
         }
     }
-    free(xy);
+    free(feet);
     free(path);
     papers_note_add(
         p, table,
         "strip: what one pass leaves within 0.01 mm, by btg_position_strip, mean over "
-        "all positions; passes: 150 mm by it. The cut strip is what verification finds "
+        "%zu positions in %s; passes: 150 mm by it. The cut strip is what verification finds "
         "finished, by length of the path, which grows where the tip swings; what is left "
-        "is at 18 mm, wider than any strip, and more where the tool leans to one side.");
+        "is at 18 mm, wider than any strip, and more where the tool leans to one side%s.",
+        count, p->quick ? "one pass near the middle" : "all passes",
+        p->quick ? "; with one pass it is nearly all of the part" : "");
     papers_note_add(
         p, table,
         "Positions are gouge-free one by one. A policy that changes the spin from one "

@@ -286,6 +286,13 @@ class Papers(Case):
         self.check_values(rows)
         noted = {note["table"] for note in done["notes"]}
         self.assertLessEqual(noted, {row["table"] for row in rows})
+        # What this run did, not what the long one does.
+        text = " ".join(note["text"] for note in done["notes"])
+        for words in ("one position in 128, sr and drd on one in 256, vcrf-grid on one in 32",
+                      "timed on 4 positions, two levels alone", "in 6 directions each",
+                      "51 positions a surface", "asked for at 31 positions",
+                      "76 positions in one pass"):
+            self.assertIn(words, text)
         with open(out, encoding="ascii", newline="") as file:
             lines = list(csv.DictReader(file))
         self.assertEqual([line["quantity"] for line in lines], [row["quantity"] for row in rows])
@@ -343,6 +350,9 @@ class Refusals(Case):
     def test_command_line(self):
         self.bad("--fast", say="--fast")
         self.bad("--quick=1", say="takes no value")
+        for tilt in ("0", "19"):
+            self.bad("--papers", "--quick", "--max-tilt", tilt, say="--max-tilt: ")
+        self.bad("--quick", "--max-tilt", "machine", say="--max-tilt: ")
         self.bad("--csv", say="needs a value")
         self.bad("--csv=", say="empty")
         self.bad("", say="empty")
