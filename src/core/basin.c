@@ -69,9 +69,11 @@ static double bend_along(const btg_surface_point *s, btg_vec3 direction, const e
                 fabs(vec_dot(direction, s->svv)) * iv * iv);
 }
 
-/* Expands the distance to an element about a point of an item; false: nothing smooth there. */
-static bool expand_from(const btg_search *search, const btg_tool_element *e, uint32_t item,
-                        const btg_surface_point *s, btg_ray_distance d, expansion *x) {
+/* Expands the distance to an element, or to the plane given instead of it, about a point of an
+ * item; false: nothing smooth there. */
+static bool expand(const btg_search *search, const btg_tool_element *e, uint32_t item,
+                   const btg_surface_point *s, const btg_ray_distance *plane, expansion *x) {
+    btg_ray_distance d = plane ? *plane : btg_ray_tool_distance(e, search->at, s->s);
     x->speed_u = vec_norm(s->su);
     x->speed_v = vec_norm(s->sv);
     if (!(x->speed_u > 0 && x->speed_v > 0)) return false;
@@ -101,11 +103,6 @@ static bool expand_from(const btg_search *search, const btg_tool_element *e, uin
     x->ring_distance = d.distance + e->corner_radius_mm;
     x->ring_curvature = d.ring_curvature;
     return true;
-}
-
-static bool expand(const btg_search *search, const btg_tool_element *e, uint32_t item,
-                   const btg_surface_point *s, expansion *x) {
-    return expand_from(search, e, item, s, btg_ray_tool_distance(e, search->at, s->s), x);
 }
 
 /* How far steps of up to `u` and `v` lead: |p| at most `reach`. */
@@ -220,7 +217,7 @@ btg_basin btg_basin_make(btg_search *search, btg_place place, uint32_t element) 
     btg_surface_point *s = &search->here;
     btg_part_point(search->part, place, s);
     expansion x;
-    if (!expand(search, e, place.item, s, &x)) return basin;
+    if (!expand(search, e, place.item, s, NULL, &x)) return basin;
     bool triangle = place.item >= search->part->patch_count;
     bool edge_u = place.u <= 0 || place.u >= 1, edge_v = place.v <= 0 || place.v >= 1;
     double slope_u = edge_u ? (place.u <= 0 ? x.gu : -x.gu) : 0;
@@ -379,11 +376,11 @@ static double slopes_down(const btg_search *search, const expansion *x, btg_plac
 /* How deep one item at P can be in the tool within reach: by the lower bound of the distance, at
  * several shares, for so close by next to nothing need be spent. */
 static double deep_by(const btg_search *search, btg_place at, const btg_surface_point *s,
-                      btg_ray_distance d, double reach) {
+                      const btg_ray_distance *plane, double reach) {
     static const double share[] = {1e-4, 1e-2, 0.4};
     const btg_tool_element *e = &search->query.tool->element[0];
     expansion x;
-    if (!expand_from(search, e, at.item, s, d, &x)) return INFINITY;
+    if (!expand(search, e, at.item, s, plane, &x)) return INFINITY;
     double uu = 0, vv = 0, best = INFINITY, down = slopes_down(search, &x, at, reach, &uu, &vv);
     for (int i = 0; i < 3; i++) {
         lower_bound b;
@@ -413,7 +410,7 @@ static double deep_by_planes(const btg_search *search, btg_place at, const btg_s
         btg_vec3 out = vec_scale(vec_add(vec_scale(w, c), vec_scale(v, k)), -1 / length);
         btg_ray_distance d = {.distance = vec_dot(out, vec_sub(s->s, search->query.p)),
                               .normal = out};
-        best = min2(best, deep_by(search, at, s, d, reach));
+        best = min2(best, deep_by(search, at, s, &d, reach));
     }
     return best;
 }
@@ -423,7 +420,7 @@ static double deep_of_sheet(const btg_search *search, btg_place at, double reach
     btg_surface_point s;
     btg_part_point(search->part, at, &s);
     if (e->corner_radius_mm == 0) return deep_by_planes(search, at, &s, reach);
-    return deep_by(search, at, &s, btg_ray_tool_distance(e, search->at, s.s), reach);
+    return deep_by(search, at, &s, NULL, reach);
 }
 
 /* What was left of a sheet is at most that deep. */
@@ -442,6 +439,7 @@ double btg_search_deep_at_p(const btg_search *search) {
 
 bool btg_search_come_close_to_p(btg_search *search) {
     double enough = search->deep_at_p;
+    if (search->other_close) return false; /* once is enough */
     search->other_close = search->other_way > 0 && deep_within(search, search->other_way) > enough;
     bool any = search->other_close;
     for (uint32_t i = 0; i < search->sheet_count; i++) {
@@ -506,8 +504,8 @@ static double least_in_box(const expansion *x, const lower_bound *h, const frame
 
 /* The bound over a cell from an expansion at one of its places; and where it would be best
  * expanded: the nearest point by the Taylor polynomial. */
-static bool clear_from(const btg_search *search, const expansion *x, const frame_box *b,
-                       double *to_u, double *to_v) {
+static BTG_APART bool clear_from(const btg_search *search, const expansion *x, const frame_box *b,
+                                 double *to_u, double *to_v) {
     span p = {max2(-b->low_u, b->high_u), max2(-b->low_v, b->high_v), 0};
     p.reach = sqrt(p.u * p.u + p.v * p.v);
     lower_bound h;
@@ -536,7 +534,7 @@ bool btg_cell_clear_to_second_order(btg_search *search, const btg_region *region
         expansion x;
         double to_u, to_v;
         btg_part_point(part, place, s);
-        if (!expand(search, e, place.item, s, &x)) return false;
+        if (!expand(search, e, place.item, s, NULL, &x)) return false;
         if (x.distance < -search->tolerance) return false;
         frame_box b = box_about(&region->cell, place, x.speed_u, x.speed_v);
         if (clear_from(search, &x, &b, &to_u, &to_v)) return true;

@@ -20,7 +20,7 @@ size_t btg_search_stack_size(const btg_part *part) {
 
 /* TILT, close to P: the tool as placed is no deeper there than rounding, which makes values of
  * itself. */
-static bool is_rounding(const btg_search *search, btg_vec3 point, uint32_t element) {
+static BTG_APART bool is_rounding(const btg_search *search, btg_vec3 point, uint32_t element) {
     const btg_ray_query *q = &search->query;
     return q->op == BTG_OP_TILT && vec_norm2(vec_sub(point, q->p)) < search->near_p2 &&
            btg_ray_tool_distance(&q->tool->element[element], search->at, point).distance >=
@@ -447,8 +447,9 @@ void btg_search_run(btg_search *search) {
     search->deepest = search->tolerance;
     if (tilt) btg_search_near_p(search);
     if (search->has_start) btg_search_polish(search, search->start);
-    if (!walk(search)) return;
-    if (tilt && btg_search_come_close_to_p(search) && !walk(search)) return;
+    do
+        if (!walk(search)) return;
+    while (tilt && btg_search_come_close_to_p(search));
     if (start_alone_is_safe(search)) {
         search->spent = true;
         search->bound = 0;

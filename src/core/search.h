@@ -136,7 +136,8 @@ bool btg_search_left_to_p(btg_search *search, const btg_region *region, bool at_
 #define BTG_BEGUN 2
 /* No point of what was left to P is deeper in the tool as placed, mm. */
 double btg_search_deep_at_p(const btg_search *search);
-/* Where that may be too deep no more shall be left than may; false: it is not too deep. */
+/* Where that may be too deep no more shall be left than may; false: it is not too deep, or that was
+ * said before. */
 bool btg_search_come_close_to_p(btg_search *search);
 
 /* basin.c: the basin of a contact of the tool placed at the best value; a region inside it; and a
