@@ -65,7 +65,7 @@ BTG_GPU_STRUCT(btg_gpu_scene) {
  * degree_u + 16 degree_v + 256 if rational. Its coefficients are the power form of the core. */
 
 BTG_GPU_STRUCT(btg_gpu_query) {
-    BTG_GPU_VEC4 u, v, w; /* the frame; u.w: the value to beat */
+    BTG_GPU_VEC4 u, v, w; /* the frame; u.w: the value to beat; v.w, w.w, n.w: low part of p */
     BTG_GPU_VEC4 origin;  /* of the frame, high part */
     BTG_GPU_VEC4 origin_low;
     BTG_GPU_VEC4 p; /* TILT: first contact from origin; squared radius left out about it */

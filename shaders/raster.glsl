@@ -23,7 +23,7 @@ BTG_BIND(std140, BTG_RASTER_PASS) uniform pass_block {
 };
 
 layout(location = 0) flat in vec4 start;
-layout(location = 1) flat in vec3 cell_s;
+layout(location = 1) flat in vec3 cell_s; /* from P; DROP has none */
 layout(location = 2) flat in vec3 cell_su;
 layout(location = 3) flat in vec3 cell_sv;
 layout(location = 4) flat in vec3 cell_suu;
@@ -63,14 +63,16 @@ void main() {
     if (side.x < dot(side.yz, st)) discard;
     btg_surface_point c =
         btg_surface_point(cell_s, cell_su, cell_sv, cell_suu, cell_suv, cell_svv);
-    vec3 s = taylor(c, st.x, st.y);
+    vec3 dp = taylor(c, st.x, st.y);
     btg_gpu_query q = frame_query();
-#ifdef BTG_TILT
-    vec3 dp = s - q.p.xyz;
-    if (dot(dp, dp) - 2 * CORNER_RADIUS * dot(dp, q.n.xyz) < beat.z) discard;
-#endif
     btg_ray_hit hit;
-    if (!ray_cast(q, s, hit) || hit.value <= beat.x) discard;
+#ifdef BTG_TILT
+    if (dot(dp, dp) - 2 * CORNER_RADIUS * dot(dp, q.n.xyz) < beat.z) discard;
+    bool met = cast_circular(q, dp, hit);
+#else
+    bool met = ray_cast(q, dp, hit);
+#endif
+    if (!met || hit.value <= beat.x) discard;
     gl_FragDepth = clamp((VALUE_MOST - hit.value) * VALUE_SCALE, 0, 1);
     place = uvec2(corner.z | hit.element << BTG_RASTER_ELEMENT, packSnorm2x16(within.xy + within.zw * st));
 }

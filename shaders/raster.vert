@@ -19,7 +19,7 @@ out gl_PerVertex {
     vec4 gl_Position;
 };
 layout(location = 0) flat out vec4 start; /* a pixel, and s, t there */
-layout(location = 1) flat out vec3 cell_s;
+layout(location = 1) flat out vec3 cell_s; /* from P; DROP has none */
 layout(location = 2) flat out vec3 cell_su;
 layout(location = 3) flat out vec3 cell_sv;
 layout(location = 4) flat out vec3 cell_suu;
@@ -38,8 +38,8 @@ const float GRID = 256;
 
 vec2 view(uint kind, vec3 s) {
     if (kind == BTG_VIEW_PLANE) return s.xy;
-    if (kind == BTG_VIEW_CYLINDER) return vec2(s.x, length(s.yz));
-    return vec2(s.x, dot(s.yz - contact.xy, vec2(contact.w, -contact.z)));
+    if (kind == BTG_VIEW_CYLINDER) return vec2(s.x, length(s.yz + contact.xy));
+    return vec2(s.x, dot(s.yz, vec2(contact.w, -contact.z)));
 }
 
 vec2 st_of(uint k) {
@@ -105,7 +105,8 @@ void main() {
          sv = geometry[cell + 3], suu = geometry[cell + 4], suv = geometry[cell + 5],
          svv = geometry[cell + 6];
     mat3 frame = transpose(mat3(q.u.xyz, q.v.xyz, q.w.xyz));
-    cell_s = frame * ((high.xyz - q.origin.xyz) + (low.xyz - q.origin_low.xyz));
+    vec3 p_low = vec3(q.v.w, q.w.w, q.n.w);
+    cell_s = frame * ((high.xyz - q.origin.xyz - q.p.xyz) + (low.xyz - q.origin_low.xyz - p_low));
     cell_su = frame * su.xyz;
     cell_sv = frame * sv.xyz;
     cell_suu = frame * suu.xyz;

@@ -170,13 +170,13 @@ circle circle_of(btg_gpu_query q, vec3 s) {
     return c;
 }
 
-bool cast_circular(btg_gpu_query q, vec3 s, out btg_ray_hit hit) {
-    vec3 dp = s - q.p.xyz;
+/* dp: the point from P, so that near P it keeps its digits. */
+bool cast_circular(btg_gpu_query q, vec3 dp, out btg_ray_hit hit) {
     float dp2 = dot(dp, dp);
     hit.value = 0;
     hit.element = 0;
     if (dp2 < q.p.w) return false;
-    circle c = circle_of(q, s);
+    circle c = circle_of(q, q.p.xyz + dp);
     /* d from P, not from O1: near P the difference of two squares would lose all digits. */
     c.d = dp2 - 2 * BTG_CUTTER.y * dot(dp, q.n.xyz);
     return cast_elements(c, 0, hit);
@@ -198,7 +198,7 @@ bool ball_circular(btg_gpu_query q, vec3 s, float radius, out float value) {
 
 bool ray_cast(btg_gpu_query q, vec3 s, out btg_ray_hit hit) {
 #ifdef BTG_TILT
-    return cast_circular(q, s, hit);
+    return cast_circular(q, s - q.p.xyz, hit);
 #else
     return cast_vertical(q, s, 0, hit);
 #endif

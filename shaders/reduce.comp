@@ -1,7 +1,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 /* The least depth of each tile and where, by one workgroup; then further valleys that may be as low
- * between the pixels. */
+ * between the pixels, or where on the rim a valley may leave the tile. */
 #include "tiles.h"
 
 /* Few lanes are quickest on small tiles; large ones get more (raster.c): llvmpipe ends a shader that
@@ -22,10 +22,10 @@ layout(std430, binding = BTG_RASTER_PICKS) writeonly buffer pick_block {
 const uint NONE = 0xffffffffu;
 const float NOTHING = 1;
 /* Valleys are at least that many pixels apart. */
-const int APART = 4;
+const int APART = 1;
 
 /* Valleys that are looked at. */
-const uint VALLEYS = 64;
+const uint VALLEYS = 256;
 
 shared uint best_depth, best_pixel, count;
 shared uint valleys[VALLEYS];
@@ -49,13 +49,6 @@ ivec2 next(ivec2 p, ivec2 stride) {
 
 float depth_at(ivec2 p) {
     return texelFetch(depths, first + p, 0).x;
-}
-
-/* How much deeper the part may be between this pixel and the next. */
-float band(ivec2 p, vec4 window) {
-    vec2 at = window.xy + window.zw * ((vec2(p) + 0.5) * (2 / float(size)) - 1);
-    float x = (length(at) - pass.band.z) * pass.band.w, cos2 = max(1 - x * x, 0);
-    return min(pass.band.x, pass.band.y * cos2) / max(cos2, 1e-6);
 }
 
 /* No pixel about it is lower; of equal ones the first. */
@@ -94,27 +87,52 @@ float find_best() {
     return best_pixel == NONE ? NOTHING : uintBitsToFloat(best_depth);
 }
 
-void find_valleys(float least, vec4 window, float width) {
-    float most = least + max(width, pass.band.y);
+void find_valleys(float least) {
+    float most = least + pass.scale.z;
     ivec2 p = pixel_at(gl_LocalInvocationIndex), stride = pixel_at(gl_WorkGroupSize.x);
     for (; p.y < size; p = next(p, stride)) {
         float depth = depth_at(p);
-        if (depth > most || depth >= NOTHING) continue;
-        if (depth > least + (width > 0 ? width : band(p, window)) || !valley(p, depth)) continue;
+        if (depth > most || depth >= NOTHING || !valley(p, depth)) continue;
         uint n = atomicAdd(count, 1);
         if (n < VALLEYS) valleys[n] = index_of(p);
     }
     barrier();
 }
 
-/* The lowest of those found that is not near one of the first k chosen: NONE. */
-uint choose(uint chosen[BTG_RASTER_PICKS_MAX], uint k) {
+/* Pixels of the rim, round about. */
+ivec2 rim_at(uint i) {
+    int last = size - 1, k = int(i) % last;
+    switch (int(i) / last % 4) {
+    case 0: return ivec2(k, 0);
+    case 1: return ivec2(last, k);
+    case 2: return ivec2(last - k, last);
+    default: return ivec2(0, last - k);
+    }
+}
+
+/* Where the rim is as low between its neighbours: there a valley may go on. */
+void find_rim(float least) {
+    float most = least + pass.scale.z;
+    uint around = uint(4 * (size - 1));
+    for (uint i = gl_LocalInvocationIndex; i < around; i += gl_WorkGroupSize.x) {
+        ivec2 p = rim_at(i);
+        float depth = depth_at(p);
+        if (depth > most || depth >= NOTHING) continue;
+        if (depth >= depth_at(rim_at(i + around - 1)) || depth > depth_at(rim_at(i + 1))) continue;
+        uint n = atomicAdd(count, 1);
+        if (n < VALLEYS) valleys[n] = index_of(p);
+    }
+    barrier();
+}
+
+/* The lowest of those found that is not near one of the chosen from `from` to k - 1: NONE. */
+uint choose(uint chosen[BTG_RASTER_PICKS_MAX], uint from, uint k) {
     uint best = NONE;
     float least = NOTHING;
     for (uint n = 0; n < min(count, VALLEYS); n++) {
         ivec2 p = pixel_at(valleys[n]);
         bool near = false;
-        for (uint i = 0; i < k; i++) {
+        for (uint i = from; i < k; i++) {
             ivec2 d = abs(p - pixel_at(chosen[i]));
             near = near || max(d.x, d.y) <= APART;
         }
@@ -138,11 +156,17 @@ void main() {
     size = int(pass.size.x);
     first = ivec2(tiles[tile].at.zw);
     float least = find_best();
-    if (wanted > 1 && least < NOTHING) find_valleys(least, tiles[tile].window, tiles[tile].leave.z);
+    bool rim = pass.size.w != 0;
+    if (wanted > 1 && least < NOTHING) {
+        if (rim)
+            find_rim(least);
+        else
+            find_valleys(least);
+    }
     if (gl_LocalInvocationIndex != 0) return;
     chosen[0] = best_pixel;
     for (uint k = 0; k < wanted; k++) {
-        if (k > 0) chosen[k] = choose(chosen, k);
+        if (k > 0) chosen[k] = choose(chosen, rim ? 1 : 0, k);
         picks[tile * wanted + k] = pick_at(chosen[k]);
     }
 }

@@ -23,17 +23,16 @@
 BTG_GPU_STRUCT(btg_raster_tile) {
     BTG_GPU_VEC4 window; /* middle and half sides, mm */
     BTG_GPU_UVEC4 at;    /* query, view, place in the atlas: column, row of its first pixel */
-    BTG_GPU_VEC4 leave;  /* TILT: squared radius left out about P; least power d of a point; band */
+    BTG_GPU_VEC4 leave;  /* TILT: squared radius left out about P; least power d of a point */
 };
 
 /* Cells are drawn as they stand in the scene, or as pieces: laid out as cells, behind the scene's
  * geometry, but with the index of their cell as bits in place of the samples. */
 
 BTG_GPU_STRUCT(btg_raster_pass) {
-    BTG_GPU_UVEC4 size; /* pixels a tile's side, picks a tile, first piece as index of a cell */
-    BTG_GPU_VEC4 scale; /* 2 / atlas width, 2 / height */
-    BTG_GPU_VEC4 band;  /* DROP: picks besides the best are within x / cos^2 of the insert's slope
-                           there, at most y; z: radius of its middle, w: 1 / its own, or 0 */
+    BTG_GPU_UVEC4 size; /* pixels a tile's side, picks a tile, first piece as index of a cell; 1: picks
+                           besides the best are on the tile's rim */
+    BTG_GPU_VEC4 scale; /* 2 / atlas width, 2 / height; depth that picks besides the best are within */
 };
 
 /* What a tile comes to; depth 1: nothing. */

@@ -38,11 +38,15 @@ static double size_of(const btg_backend_setup *setup) {
 void btg_gpu_pack_tilt(const btg_backend_setup *setup, const btg_scene *scene,
                        const btg_tilt_query *query, btg_gpu_query *out) {
     double clearance = P_CLEARANCE * size_of(setup);
-    *out = (btg_gpu_query){
-        .u = pack(query->u, -query->max_tilt_rad), .v = pack(query->v, 0), .w = pack(query->w, 0)};
+    btg_gpu_vec4 p, low;
+    btg_gpu_split(vec_sub(query->p.point, query->o1), &p, &low);
+    p.w = (float)(clearance * clearance);
+    *out = (btg_gpu_query){.u = pack(query->u, -query->max_tilt_rad),
+                           .v = pack(query->v, low.x),
+                           .w = pack(query->w, low.y),
+                           .p = p,
+                           .n = pack(query->p.normal, low.z)};
     btg_gpu_split(vec_sub(query->o1, scene->middle), &out->origin, &out->origin_low);
-    out->p = pack(vec_sub(query->p.point, query->o1), clearance * clearance);
-    out->n = pack(query->p.normal, 0);
 }
 
 bool btg_gpu_start(const btg_backend_setup *setup, const btg_gpu_winner *w, btg_place *start) {

@@ -15,7 +15,7 @@
 #define LARGE_TILE  512
 
 _Static_assert(sizeof(btg_raster_tile) == 48, "layout");
-_Static_assert(sizeof(btg_raster_pass) == 48, "layout");
+_Static_assert(sizeof(btg_raster_pass) == 32, "layout");
 _Static_assert(sizeof(btg_raster_pick) == 16, "layout");
 
 static btg_status status_of(GLenum error) {

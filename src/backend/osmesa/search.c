@@ -15,43 +15,55 @@
 #define CONTACT_PIXELS 50
 /* What the wide view leaves to that one: all within. */
 #define CONTACT_COVERS 0.45
-/* Radius about P, in sizes of the cutter, and power d, in squares of it: nearer, a point in single
- * precision does not tell its angle. The osculating limit answers there, and the core's polish. */
-#define P_RADIUS 0.02
+/* Radius about P, in sizes of the cutter, and power d, in squares of it: nearer, a point does not
+ * tell its angle in single precision, nor where P itself is a fine pixel off. The osculating limit
+ * answers there, and the core's polish. */
+#define P_RADIUS 0.05
 #define P_POWER  6e-4
 /* Cells larger than that part of half a window are cut, in so many along each side at the most. */
 #define PIECE    2
 #define CUTS_MAX 64
-/* Coarse pixels' worth of height, as an angle at that many sizes of the cutter from O1. */
-#define BAND_LEVER 0.5
-/* A window whose best is on its rim is moved there, so often. */
-#define FOLLOW 4
-/* The lowest valley, and another as low. */
-#define VALLEYS 2
-/* Windows a query, at the most: valleys of two coarse views. */
+/* A pixel's worth of height as an angle, for a first choice of valleys: at that many sizes of the
+ * cutter from O1. */
+#define LEVER 0.5
+/* The lowest valley, and others as low. */
+#define VALLEYS BTG_RASTER_PICKS_MAX
+/* Of a fine window: its lowest place, and those where a valley may leave it. */
+#define RIMS 2
+/* Windows a query at once, at the most: valleys of two coarse views. */
 #define TILES_MAX (2 * BTG_RASTER_PICKS_MAX)
+/* Windows whose middles are that near, part of half a side, are the same. */
+#define SAME 0.75f
+/* What single precision tells of a depth. */
+#define ROUNDING 3e-7f
 
 uint32_t btg_raster_search_atlas(const btg_raster_options *options, uint32_t most) {
     uint32_t side = options->window > ATLAS_SIDE ? options->window : ATLAS_SIDE;
     return side < most ? side : most;
 }
 
+/* Of a fine shot and of the one that follows it. */
+static size_t tile_room(const btg_raster_search *s) {
+    return (size_t)2 * TILES_MAX * s->capacity;
+}
+
 static bool make_shot(btg_raster_shot *shot, const btg_allocator *allocator, size_t tiles) {
     shot->tiles = btg_allocate(allocator, tiles, sizeof *shot->tiles);
-    shot->picks = btg_allocate(allocator, tiles, sizeof *shot->picks);
+    shot->picks = btg_allocate(allocator, tiles * BTG_RASTER_PICKS_MAX, sizeof *shot->picks);
     return shot->tiles && shot->picks;
 }
 
 btg_status btg_raster_search_room(btg_raster_search *s, const btg_allocator *allocator,
                                   uint32_t capacity, btg_message *message) {
-    size_t tiles = (size_t)capacity * TILES_MAX;
     s->capacity = capacity;
     s->queries = btg_allocate(allocator, capacity, sizeof *s->queries);
     s->best = btg_allocate(allocator, capacity, sizeof *s->best);
-    bool all = make_shot(&s->coarse, allocator, tiles) && make_shot(&s->fine, allocator, tiles);
+    s->seen = btg_allocate(allocator, capacity, sizeof *s->seen);
+    bool all = make_shot(&s->coarse, allocator, 2 * (size_t)capacity) &&
+               make_shot(&s->fine, allocator, tile_room(s));
     s->list = btg_allocate(allocator, BTG_RASTER_DRAW, sizeof *s->list);
     s->pieces = btg_allocate(allocator, BTG_RASTER_DRAW, sizeof *s->pieces);
-    all = all && s->queries && s->best && s->list && s->pieces;
+    all = all && s->queries && s->best && s->seen && s->list && s->pieces;
     if (all) return BTG_OK;
     return btg_fail(message, BTG_ERROR_MEMORY, "osmesa: out of memory for %lu queries at once",
                     (unsigned long)capacity);
@@ -61,6 +73,7 @@ void btg_raster_search_free(btg_raster_search *s, const btg_allocator *allocator
     btg_scene_free(allocator, &s->scene);
     btg_release(allocator, s->queries);
     btg_release(allocator, s->best);
+    btg_release(allocator, s->seen);
     btg_release(allocator, s->coarse.tiles);
     btg_release(allocator, s->coarse.picks);
     btg_release(allocator, s->fine.tiles);
@@ -148,30 +161,13 @@ btg_raster_depth btg_raster_search_depth(const btg_raster_search *s, btg_op op) 
 
 static btg_raster_pass make_pass(const btg_raster_search *s, btg_op op, uint32_t pixels,
                                  bool coarse) {
-    btg_raster_pass pass = {.size = {pixels, 1, s->raster.first_piece, 0}};
-    const btg_tool_element *e = &s->tool.element[0];
-    double pixel = 2 * tool_radius(s) / pixels;
-    float scale = s->raster.depths[op].scale;
+    btg_raster_pass pass = {.size = {pixels, 1, s->raster.first_piece, !coarse}};
+    double pixel = 2 * tool_radius(s) / pixels * (coarse ? 1 : 2.0 / pixels);
+    double lever = op == BTG_OP_DROP ? 1 : LEVER * cutter_size(s);
     pass.scale.x = pass.scale.y = (float)(2.0 / s->raster.side);
-    if (coarse && s->options.levels == 2) pass.size.y = VALLEYS;
-    if (op == BTG_OP_TILT) return pass;
-    pass.band.x = pass.band.y = (float)(0.25 * pixel) * scale;
-    if (e->corner_radius_mm > 0) {
-        pass.band.x = (float)(pixel * pixel / (4 * e->corner_radius_mm)) * scale;
-        pass.band.z = (float)e->ring_radius_mm;
-        pass.band.w = (float)(1 / e->corner_radius_mm);
-    }
+    pass.scale.z = (float)(pixel / lever) * s->raster.depths[op].scale;
+    if (s->options.levels == 2) pass.size.y = coarse ? VALLEYS : 1 + RIMS;
     return pass;
-}
-
-/* TILT: what a valley may be deeper than its pixels show, as a turn. */
-static void set_bands(const btg_raster_search *s, btg_raster_shot *shot) {
-    double size = cutter_size(s);
-    float scale = s->raster.depths[BTG_OP_TILT].scale;
-    for (uint32_t i = 0; i < shot->count; i++) {
-        double pixel = 2 * shot->tiles[i].window.z / shot->pass.size.x;
-        shot->tiles[i].leave.z = (float)(pixel * pixel / (4 * size) / (BAND_LEVER * size)) * scale;
-    }
 }
 
 typedef struct drawing {
@@ -258,7 +254,6 @@ static btg_search_best best_of(const btg_raster_tile *tile, const btg_raster_pic
                              .cell = pick->cell & ((1u << BTG_RASTER_ELEMENT) - 1),
                              .element = pick->cell >> BTG_RASTER_ELEMENT,
                              .place = pick->place,
-                             .pixel = pick->pixel,
                              .tile = *tile};
 }
 
@@ -284,44 +279,72 @@ static btg_status shoot(btg_raster_search *s, btg_op op, btg_raster_shot *shot) 
     return status;
 }
 
-static bool on_rim(uint32_t pixel, uint32_t side) {
-    uint32_t column = pixel % side, row = pixel / side;
-    return column == 0 || row == 0 || column == side - 1 || row == side - 1;
+/* Whether the query has not had that window yet, and may have more: then it has now. Those about
+ * coarse places always have room. */
+static bool is_new(btg_raster_search *s, const btg_raster_tile *tile, bool zoom) {
+    const uint32_t most = BTG_SEARCH_SEEN - (zoom ? 0 : TILES_MAX);
+    btg_search_seen *seen = &s->seen[tile->at.x];
+    for (uint32_t i = 0; i < seen->count; i++) {
+        if (seen->view[i] == tile->at.y &&
+            fabsf(seen->at[i][0] - tile->window.x) < SAME * tile->window.z &&
+            fabsf(seen->at[i][1] - tile->window.y) < SAME * tile->window.w)
+            return false;
+    }
+    if (seen->count >= most) return false;
+    seen->view[seen->count] = tile->at.y;
+    seen->at[seen->count][0] = tile->window.x;
+    seen->at[seen->count++][1] = tile->window.y;
+    return true;
 }
 
-/* Windows moved to their best, where that is on the rim and the best of its query. */
-static void move(btg_raster_search *s, btg_raster_shot *fine) {
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < fine->count; i++) {
-        btg_search_best b = best_of(&fine->tiles[i], &fine->picks[i]);
-        if (!b.found || !on_rim(b.pixel, fine->pass.size.x)) continue;
-        if (b.depth > s->best[b.tile.at.x].depth) continue;
-        fine->tiles[count++] = closer(s, &b, fine->pass.size.x, false);
+/* What a place may be deeper than its pixel shows. */
+static float hidden(const btg_raster_search *s, btg_op op, const btg_search_best *at,
+                    uint32_t pixels) {
+    const btg_raster_depth scale = s->raster.depths[op];
+    const btg_raster_tile *t = &at->tile;
+    double half_pixel[2] = {t->window.z / pixels, t->window.w / pixels};
+    btg_view view = btg_view_make(&s->scene, &s->queries[t->at.x], t->at.y);
+    btg_view_hit hit = {at->cell, at->place, at->element, scale.most - at->depth / scale.scale};
+    return (float)btg_view_hidden(&view, &hit, norm2(half_pixel[0], half_pixel[1])) * scale.scale +
+           ROUNDING;
+}
+
+/* Adds a window about what was seen, if it may be lower than what is known. */
+static uint32_t look_closer(btg_raster_search *s, btg_op op, uint32_t pixels,
+                            const btg_search_best *at, bool zoom, btg_raster_tile *to) {
+    float over = at->depth - s->best[at->tile.at.x].depth;
+    if (!at->found || (over > 0 && over > hidden(s, op, at, pixels))) return 0;
+    btg_raster_tile tile = closer(s, at, pixels, zoom);
+    /* The wide view has what lies farther from P. */
+    double most = CONTACT_REACH * cutter_size(s);
+    if (tile.at.y == BTG_VIEW_CONTACT && norm2(tile.window.x, tile.window.y) > most) return 0;
+    if (!is_new(s, &tile, zoom)) return 0;
+    *to = tile;
+    return 1;
+}
+
+/* Windows about the places where a valley may leave those that were: pixels hide how its floor
+ * slopes, so that the lowest pixel alone does not tell the way. */
+static void follow(btg_raster_search *s, btg_op op, btg_raster_shot *fine) {
+    uint32_t picks = fine->pass.size.y;
+    btg_raster_tile *to = fine->tiles + fine->count, *end = fine->tiles + tile_room(s);
+    for (uint32_t i = 0; i < fine->count * picks && to < end; i++) {
+        btg_search_best b = best_of(&fine->tiles[i / picks], &fine->picks[i]);
+        if (i % picks > 0) to += look_closer(s, op, fine->pass.size.x, &b, false, to);
     }
+    uint32_t count = (uint32_t)(to - fine->tiles) - fine->count;
+    memmove(fine->tiles, fine->tiles + fine->count, count * sizeof *fine->tiles);
     fine->count = count;
 }
 
-static btg_status shoot_and_follow(btg_raster_search *s, btg_op op, btg_raster_shot *fine) {
-    btg_status status = BTG_OK;
-    for (int i = 0; i <= FOLLOW && fine->count > 0 && status == BTG_OK; i++) {
-        status = shoot(s, op, fine);
-        move(s, fine);
-    }
-    return status;
-}
-
 /* Windows about picks: each query's best, or all others that may still beat what is known. */
-static void zoom(btg_raster_search *s, const btg_raster_shot *coarse, bool firsts,
+static void zoom(btg_raster_search *s, btg_op op, const btg_raster_shot *coarse, bool firsts,
                  btg_raster_shot *fine) {
-    uint32_t picks = coarse->pass.size.y;
-    fine->count = 0;
+    uint32_t picks = coarse->pass.size.y, pixels = coarse->pass.size.x;
     for (uint32_t i = 0; i < coarse->count * picks; i++) {
         btg_search_best b = best_of(&coarse->tiles[i / picks], &coarse->picks[i]);
-        const btg_search_best *known = &s->best[b.tile.at.x];
-        float band = coarse->pass.band.y + b.tile.leave.z;
-        bool first = i == known->pick;
-        if (!b.found || first != firsts || (!first && b.depth > known->depth + band)) continue;
-        fine->tiles[fine->count++] = closer(s, &b, coarse->pass.size.x, true);
+        if ((i == s->best[b.tile.at.x].pick) == firsts)
+            fine->count += look_closer(s, op, pixels, &b, true, fine->tiles + fine->count);
     }
 }
 
@@ -337,12 +360,16 @@ static void note_picks(btg_raster_search *s, const btg_raster_shot *coarse) {
 static btg_status search_fine(btg_raster_search *s, btg_op op, const btg_raster_shot *coarse) {
     btg_raster_shot *fine = &s->fine;
     fine->pass = make_pass(s, op, coarse->pass.size.x, false);
+    fine->count = 0;
     note_picks(s, coarse);
-    zoom(s, coarse, true, fine);
-    btg_status status = shoot_and_follow(s, op, fine);
-    if (status != BTG_OK) return status;
-    zoom(s, coarse, false, fine);
-    return shoot_and_follow(s, op, fine);
+    zoom(s, op, coarse, true, fine);
+    for (bool others = true; fine->count > 0; others = false) {
+        btg_status status = shoot(s, op, fine);
+        if (status != BTG_OK) return status;
+        follow(s, op, fine);
+        if (others) zoom(s, op, coarse, false, fine);
+    }
+    return BTG_OK;
 }
 
 /* One level alone, or the first of two. */
@@ -355,7 +382,6 @@ static btg_status search_coarse(btg_raster_search *s, btg_op op, uint32_t pixels
         if (wide) shot->tiles[shot->count++] = whole(s, op, i);
         if (contact) shot->tiles[shot->count++] = at_contact(s, i);
     }
-    if (op == BTG_OP_TILT) set_bands(s, shot);
     btg_status status = shoot(s, op, shot);
     if (status == BTG_OK && s->options.levels == 2) status = search_fine(s, op, shot);
     return status;
@@ -381,7 +407,7 @@ btg_status btg_raster_search_run(btg_raster_search *s, btg_op op, uint32_t count
                                  btg_gpu_winner *winners) {
     bool tilt = op == BTG_OP_TILT, one = s->options.levels == 1;
     for (uint32_t i = 0; i < count; i++)
-        s->best[i] = (btg_search_best){.depth = 1};
+        s->best[i] = (btg_search_best){.depth = 1}, s->seen[i].count = 0;
     btg_raster_queries(&s->raster, s->queries, count);
     btg_status status = search_coarse(s, op, s->options.window, true, tilt && !one, count);
     if (status == BTG_OK && tilt && one)

@@ -12,10 +12,19 @@ typedef struct btg_raster_options {
 typedef struct btg_search_best {
     bool found, coarse; /* coarse: the first level's, whatever a fine window shows is better */
     float depth;
-    uint32_t cell, element, place, pixel;
+    uint32_t cell, element, place;
     uint32_t pick;        /* of the coarse level, by index */
     btg_raster_tile tile; /* that it was seen in */
 } btg_search_best;
+
+/* Fine windows a query may have. */
+#define BTG_SEARCH_SEEN 32
+
+/* Those it has had: middle and view. */
+typedef struct btg_search_seen {
+    uint32_t count, view[BTG_SEARCH_SEEN];
+    float at[BTG_SEARCH_SEEN][2];
+} btg_search_seen;
 
 /* Tiles of one pass, and what they come to. */
 typedef struct btg_raster_shot {
@@ -34,6 +43,7 @@ typedef struct btg_raster_search {
     uint32_t capacity; /* queries */
     btg_gpu_query *queries;
     btg_search_best *best;
+    btg_search_seen *seen;
     btg_raster_shot coarse, fine;
     btg_raster_entry *list;
     btg_gpu_vec4 (*pieces)[BTG_GPU_CELL];

@@ -5,6 +5,11 @@
 
 /* Pieces stand off their cell by less, in sizes of them. */
 #define PIECE_MARGIN 0.01
+/* Cosines between rays and normals are taken for no less, and levers, mm. */
+#define STRAIGHT 0.05
+/* A contact is farther off than its pixel where the normals differ by so many times what they would
+ * beside it. */
+#define AWAY 2
 
 static btg_vec3 xyz(btg_gpu_vec4 a) {
     return vec(a.x, a.y, a.z);
@@ -151,4 +156,79 @@ btg_view_place btg_view_unpack(const btg_scene *scene, uint32_t cell, uint32_t p
     at.u = min2(max2(c[2].w + s * c[4].w, 0), 1);
     at.v = min2(max2(c[3].w + t * c[5].w, 0), 1);
     return at;
+}
+
+/* ---- what pixels hide --------------------------------------------------------------------- */
+
+/* The part at a hit, in the query's frame: point, unit normal, greatest curvature about, and how
+ * far the item's edge is. */
+typedef struct sheet {
+    btg_vec3 s, n;
+    double curvature, edge;
+} sheet;
+
+static double to_edge(const btg_view *view, const btg_gpu_vec4 *c, double s, double t,
+                      const double side[2]) {
+    double u = c[2].w + s * c[4].w, v = c[3].w + t * c[5].w;
+    double a = side[0] / c[4].w, b = side[1] / c[5].w;
+    uint32_t item;
+    memcpy(&item, &c[1].w, sizeof item);
+    if (item >= view->scene->head.counts.x)
+        return min2(min2(u * a, v * b), (1 - u - v) * min2(a, b));
+    return min2(min2(u, 1 - u) * a, min2(v, 1 - v) * b);
+}
+
+static bool sheet_at(const btg_view *view, const btg_view_hit *hit, sheet *out) {
+    const btg_gpu_vec4 *c = cell_at(view->scene, hit->cell);
+    double s = unpack(hit->packed & 0xffff), t = unpack(hit->packed >> 16);
+    btg_vec3 su = vec_mad(vec_mad(xyz(c[2]), xyz(c[4]), s), xyz(c[5]), t);
+    btg_vec3 sv = vec_mad(vec_mad(xyz(c[3]), xyz(c[6]), t), xyz(c[5]), s);
+    btg_vec3 n = vec_cross(su, sv), from = xyz(view->query->origin);
+    double area = vec_norm(n), a = vec_norm(su), b = vec_norm(sv);
+    if (!(area > 0)) return false;
+    n = vec_scale(n, 1 / area);
+    double bend = fabs(vec_dot(xyz(c[4]), n)) * b * b + fabs(vec_dot(xyz(c[6]), n)) * a * a +
+                  2 * fabs(vec_dot(xyz(c[5]), n)) * a * b;
+    from = vec_add(from, xyz(view->query->origin_low));
+    *out = (sheet){into(view, vec_sub(point_of(c, s, t), from)), into(view, n),
+                   bend / (area * area), to_edge(view, c, s, t, (const double[2]){a, b})};
+    return true;
+}
+
+/* The cutter's normal at a point that it meets, in the frame as it stood before it turned. */
+static btg_vec3 cutter_normal(const btg_view *view, double value, btg_vec3 s) {
+    double major = view->scene->head.element[0].x, turned = 0;
+    btg_vec3 centre = vec(0, 0, value);
+    bool solid = view->scene->head.counts.w == 0;
+    if (view->kind != BTG_VIEW_PLANE) {
+        turned = -value;
+        centre = vec(0, major, 0);
+    }
+    double c = cos(turned), k = sin(turned);
+    btg_vec3 d = vec_sub(vec(s.x, c * s.y - k * s.z, k * s.y + c * s.z), centre);
+    double r = norm2(d.x, d.y), out = solid && r < major ? 0 : r > 0 ? (r - major) / r : 0;
+    btg_vec3 n = vec(d.x * out, d.y * out, d.z);
+    n = vec(n.x, c * n.y + k * n.z, c * n.z - k * n.y);
+    double length = vec_norm(n);
+    return length > 0 ? vec_scale(n, 1 / length) : n;
+}
+
+double btg_view_hidden(const btg_view *view, const btg_view_hit *hit, double reach) {
+    sheet p;
+    if (!sheet_at(view, hit, &p)) return INFINITY;
+    double minor = view->scene->head.element[0].y, lever = fabs(p.n.z), straight = lever;
+    double curvature = p.curvature + (minor > 0 ? 1 / minor : 0);
+    if (view->kind != BTG_VIEW_PLANE) {
+        double radius = norm2(p.s.y, p.s.z);
+        lever = fabs(p.s.y * p.n.z - p.s.z * p.n.y);
+        straight = lever / radius;
+        curvature += 1 / radius;
+    }
+    if (view->kind == BTG_VIEW_CONTACT) straight = fabs(vec_dot(p.n, view->n));
+    double along = reach / max2(straight, STRAIGHT), slope = 1;
+    if (hit->element == 0) slope = vec_norm(vec_cross(p.n, cutter_normal(view, hit->value, p.s)));
+    /* Inside a smooth face the normals differ by what the curvature turns them on the way to a
+     * contact, or there is none so near; on an edge they may by any angle. */
+    if (slope > AWAY * curvature * along && p.edge > along) return 0;
+    return slope * along / max2(lever, STRAIGHT);
 }

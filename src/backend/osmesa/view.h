@@ -45,4 +45,14 @@ typedef struct btg_view_place {
 } btg_view_place;
 btg_view_place btg_view_unpack(const btg_scene *scene, uint32_t cell, uint32_t packed);
 
+/* What a pixel shows: a place on a cell, the tool's element that meets it and at what value. */
+typedef struct btg_view_hit {
+    uint32_t cell, packed, element;
+    double value;
+} btg_view_hit;
+
+/* How much higher values may be within `reach` of it in the image: of a part and a cutter that
+ * curve away from each other, and on an edge of the part also of their slopes. */
+double btg_view_hidden(const btg_view *view, const btg_view_hit *hit, double reach);
+
 #endif
