@@ -184,9 +184,5 @@ btg_status papers_raw(papers *p) {
                     "half a diagonal from the contact, p^2 (1/RI + k) / (4 c^2), and of "
                     "single precision, 3e-7 of the part's size, each at its own contact.",
                     COUNT);
-    papers_note_add(p, table,
-                    "Tilts on two levels may miss it: with windows so small that two valleys are "
-                    "taken for one, and with the finest, where single precision alone is left, "
-                    "some 1e-4 mm. Polished answers are free of both.");
     return draw(p, (const errors(*)[SIZES][2])e);
 }
