@@ -14,10 +14,6 @@ layout(constant_id = 3) const uint ELEMENTS = 1;
 #define BTG_ELEMENTS ELEMENTS
 #include "ray.glsl"
 
-/* Depths: the value of 0, and what a value counts. */
-layout(constant_id = 4) const float VALUE_MOST = 0;
-layout(constant_id = 5) const float VALUE_SCALE = 1;
-
 BTG_BIND(std140, BTG_RASTER_PASS) uniform pass_block {
     btg_raster_pass pass;
 };
@@ -35,6 +31,7 @@ layout(location = 9) flat in vec4 contact;
 layout(location = 10) flat in vec3 beat;
 layout(location = 11) flat in vec4 within;
 layout(location = 12) flat in vec4 slope;
+layout(location = 13) flat in vec2 depths;
 layout(location = 0) out uvec2 place;
 
 /* Of s and t, for rounding at the edges of cells. */
@@ -73,6 +70,6 @@ void main() {
     bool met = ray_cast(q, dp, hit);
 #endif
     if (!met || hit.value <= beat.x) discard;
-    gl_FragDepth = clamp((VALUE_MOST - hit.value) * VALUE_SCALE, 0, 1);
+    gl_FragDepth = clamp((depths.x - hit.value) * depths.y, 0, 1);
     place = uvec2(corner.z | hit.element << BTG_RASTER_ELEMENT, packSnorm2x16(within.xy + within.zw * st));
 }

@@ -31,6 +31,7 @@ layout(location = 9) flat out vec4 contact; /* P and its normal, v and w of each
 layout(location = 10) flat out vec3 beat;   /* value; what the tile leaves out */
 layout(location = 11) flat out vec4 within; /* of a piece in its cell: s, t at its middle, scale */
 layout(location = 12) flat out vec4 slope;  /* of s, t by column, by row */
+layout(location = 13) flat out vec2 depths; /* the value of 0, and what a value counts */
 
 /* Vertices stand on the rasteriser's own grid, from the tile's corner: then it does not show where
  * in the atlas the tile is. */
@@ -116,7 +117,8 @@ void main() {
     side = triangle ? vec3(1 - su.w - sv.w, suu.w, suv.w) : vec3(1, 0, 0);
     vec3 p = frame * q.p.xyz, n = frame * q.n.xyz;
     contact = vec4(p.yz, n.yz);
-    beat = vec3(q.u.w, tile.leave.xy);
+    beat = vec3(q.u.w, tile.limits.xy);
+    depths = tile.limits.zw;
     corner = uvec3(tile.at.zw, entry.y);
     within = vec4(0, 0, 1, 1);
     if (entry.y >= pass.size.z) {

@@ -87,8 +87,7 @@ float find_best() {
     return best_pixel == NONE ? NOTHING : uintBitsToFloat(best_depth);
 }
 
-void find_valleys(float least) {
-    float most = least + pass.scale.z;
+void find_valleys(float most) {
     ivec2 p = pixel_at(gl_LocalInvocationIndex), stride = pixel_at(gl_WorkGroupSize.x);
     for (; p.y < size; p = next(p, stride)) {
         float depth = depth_at(p);
@@ -111,8 +110,7 @@ ivec2 rim_at(uint i) {
 }
 
 /* Where the rim is as low between its neighbours: there a valley may go on. */
-void find_rim(float least) {
-    float most = least + pass.scale.z;
+void find_rim(float most) {
     uint around = uint(4 * (size - 1));
     for (uint i = gl_LocalInvocationIndex; i < around; i += gl_WorkGroupSize.x) {
         ivec2 p = rim_at(i);
@@ -157,11 +155,12 @@ void main() {
     first = ivec2(tiles[tile].at.zw);
     float least = find_best();
     bool rim = pass.size.w != 0;
+    float most = least + pass.scale.z * tiles[tile].limits.w;
     if (wanted > 1 && least < NOTHING) {
         if (rim)
-            find_rim(least);
+            find_rim(most);
         else
-            find_valleys(least);
+            find_valleys(most);
     }
     if (gl_LocalInvocationIndex != 0) return;
     chosen[0] = best_pixel;

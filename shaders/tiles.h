@@ -23,7 +23,8 @@
 BTG_GPU_STRUCT(btg_raster_tile) {
     BTG_GPU_VEC4 window; /* middle and half sides, mm */
     BTG_GPU_UVEC4 at;    /* query, view, place in the atlas: column, row of its first pixel */
-    BTG_GPU_VEC4 leave;  /* TILT: squared radius left out about P; least power d of a point */
+    BTG_GPU_VEC4 limits; /* TILT: squared radius left out about P; least power d of a point; and of
+                            both: depth = (z - value) w */
 };
 
 /* Cells are drawn as they stand in the scene, or as pieces: laid out as cells, behind the scene's
@@ -32,7 +33,7 @@ BTG_GPU_STRUCT(btg_raster_tile) {
 BTG_GPU_STRUCT(btg_raster_pass) {
     BTG_GPU_UVEC4 size; /* pixels a tile's side, picks a tile, first piece as index of a cell; 1: picks
                            besides the best are on the tile's rim */
-    BTG_GPU_VEC4 scale; /* 2 / atlas width, 2 / height; depth that picks besides the best are within */
+    BTG_GPU_VEC4 scale; /* 2 / atlas width, 2 / height; value that picks besides the best are within */
 };
 
 /* What a tile comes to; depth 1: nothing. */

@@ -123,9 +123,7 @@ static btg_status load(void *device, const btg_scene *scene, uint32_t capacity, 
     }
     status = btg_context_enter(s->context);
     if (status != BTG_OK) return btg_fail(message, status, "osmesa: the context is refused");
-    const btg_raster_depth depths[2] = {btg_raster_search_depth(&s->search, BTG_OP_DROP),
-                                        btg_raster_search_depth(&s->search, BTG_OP_TILT)};
-    status = btg_raster_load(&s->search.raster, s->context, scene, depths, s->atlas,
+    status = btg_raster_load(&s->search.raster, s->context, scene, s->atlas,
                              s->search.options.window, bytes, message);
     btg_context_leave(s->context);
     return status;

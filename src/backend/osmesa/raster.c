@@ -47,12 +47,12 @@ btg_status btg_raster_limits(const btg_context *context, size_t *buffer_bytes, u
 
 /* ---- programs ----------------------------------------------------------------------------- */
 
-#define CONSTANTS 6 /* of a shader, at the most */
+#define CONSTANTS 4 /* of a shader, at the most */
 
 /* `constants`: for the specialization constants 0 to count - 1. */
 static GLuint make_shader(const btg_gl *gl, GLenum kind, const uint32_t *code, size_t size,
                           const GLuint *constants, GLuint count) {
-    static const GLuint index[CONSTANTS] = {0, 1, 2, 3, 4, 5};
+    static const GLuint index[CONSTANTS] = {0, 1, 2, 3};
     GLint compiled = GL_FALSE;
     GLuint shader = gl->CreateShader(kind);
     gl->ShaderBinary(1, &shader, GL_SHADER_BINARY_FORMAT_SPIR_V, code, (GLsizei)size);
@@ -92,14 +92,12 @@ static GLuint bits_of(float value) {
     return bits;
 }
 
-/* The shader of pixels, made for this tool and these depths: raster.glsl says what is what. */
+/* The shader of pixels, made for this tool: raster.glsl says what is what. */
 static GLuint make_pixels(const btg_raster *r, btg_op op, const btg_gpu_scene *scene) {
     const btg_gl *gl = r->gl;
     const btg_gpu_vec4 cutter = scene->element[0];
-    const btg_raster_depth depth = r->depths[op];
-    const GLuint constants[CONSTANTS] = {bits_of(cutter.x),   bits_of(cutter.y),
-                                         scene->counts.w,     scene->counts.z,
-                                         bits_of(depth.most), bits_of(depth.scale)};
+    const GLuint constants[CONSTANTS] = {bits_of(cutter.x), bits_of(cutter.y), scene->counts.w,
+                                         scene->counts.z};
     if (op == BTG_OP_DROP) return SHADER(GL_FRAGMENT_SHADER, raster_drop, constants, CONSTANTS);
     return SHADER(GL_FRAGMENT_SHADER, raster_tilt, constants, CONSTANTS);
 }
@@ -216,10 +214,9 @@ static void set_state(const btg_raster *r) {
 }
 
 btg_status btg_raster_load(btg_raster *r, const btg_context *context, const btg_scene *scene,
-                           const btg_raster_depth depths[2], uint32_t side, uint32_t window,
-                           size_t *bytes, btg_message *message) {
+                           uint32_t side, uint32_t window, size_t *bytes, btg_message *message) {
     const btg_gl *gl = btg_context_gl(context);
-    *r = (btg_raster){.gl = gl, .side = side, .depths = {depths[0], depths[1]}};
+    *r = (btg_raster){.gl = gl, .side = side};
     if (!make_programs(r, &scene->head, window > LARGE_TILE ? LANES_LARGE : LANES)) {
         return btg_fail(message, BTG_ERROR_DEVICE,
                         "osmesa: %.100s does not take the shaders; try another --backend",

@@ -21,16 +21,10 @@ typedef enum btg_raster_buffer {
     BTG_RASTER_BUFFERS
 } btg_raster_buffer;
 
-/* Depth of a value: (most - value) scale, from 0 to 1. */
-typedef struct btg_raster_depth {
-    float most, scale;
-} btg_raster_depth;
-
 typedef struct btg_raster {
     const btg_gl *gl;
-    btg_raster_depth depths[2]; /* by btg_op */
-    uint32_t side;              /* of the atlas, pixels */
-    GLuint program[2], reduce;  /* the first two by btg_op */
+    uint32_t side;             /* of the atlas, pixels */
+    GLuint program[2], reduce; /* the first two by btg_op */
     GLuint buffer[BTG_RASTER_BUFFERS];
     GLuint vertices, frame, depth, place;
     uint32_t first_piece; /* as index of a cell */
@@ -49,11 +43,10 @@ typedef struct btg_raster_entry {
  * GL_ARB_gl_spirv. */
 btg_status btg_raster_limits(const btg_context *context, size_t *buffer_bytes, uint32_t *side,
                              btg_message *message);
-/* `depths` by btg_op; `side`: of the atlas; `window`: of the largest tile. *bytes: memory of the
+/* `side`: of the atlas; `window`: of the largest tile. *bytes: memory of the
  * device. On error what there is stays for unload. */
 btg_status btg_raster_load(btg_raster *raster, const btg_context *context, const btg_scene *scene,
-                           const btg_raster_depth depths[2], uint32_t side, uint32_t window,
-                           size_t *bytes, btg_message *message);
+                           uint32_t side, uint32_t window, size_t *bytes, btg_message *message);
 void btg_raster_unload(btg_raster *raster);
 
 /* Tiles of `pixels` a side that the atlas holds. */

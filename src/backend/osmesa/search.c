@@ -34,6 +34,8 @@
 #define TILES_MAX (2 * BTG_RASTER_PICKS_MAX)
 /* Windows whose middles are that near, part of half a side, are the same. */
 #define SAME 0.75f
+/* Of the part's box, for what stands out of it by rounding. */
+#define BOX_MARGIN 0.01
 /* What single precision tells of a depth. */
 #define ROUNDING 3e-7f
 
@@ -110,13 +112,33 @@ static double tilt_reach(const btg_raster_search *s) {
     return reach;
 }
 
+/* The lowest and the highest value that a query can have. DROP: from the middle of the part's box,
+ * along the axis. */
+static void set_range(const btg_raster_search *s, uint32_t query, uint32_t view, double *low,
+                      double *high) {
+    *low = -0.5 * BTG_PI;
+    *high = 0;
+    if (view != BTG_VIEW_PLANE) return;
+    const btg_part_info *info = &s->part->info;
+    btg_gpu_vec4 w = s->queries[query].w;
+    btg_vec3 half_side = vec_scale(vec_sub(info->box_max, info->box_min), 0.5 * (1 + BOX_MARGIN));
+    double far = fabs(w.x) * half_side.x + fabs(w.y) * half_side.y + fabs(w.z) * half_side.z;
+    double from = cutter_size(s);
+    for (uint32_t i = 1; i < s->tool.element_count; i++)
+        from = max2(from, s->tool.element[i].from_mm);
+    *low = -far - from;
+    *high = far + (1 + BOX_MARGIN) * cutter_size(s);
+}
+
 /* A window of a query; `leave`: radius about P, in sizes of the cutter. */
 static btg_raster_tile tile_of(const btg_raster_search *s, uint32_t query, uint32_t view,
                                btg_gpu_vec4 window, double leave) {
-    double size = cutter_size(s), radius = leave * size, power = P_POWER * size * size;
-    return (btg_raster_tile){.window = window,
-                             .at = {query, view, 0, 0},
-                             .leave = {(float)(radius * radius), (float)power, 0, 0}};
+    double size = cutter_size(s), radius = leave * size, power = P_POWER * size * size, low, high;
+    set_range(s, query, view, &low, &high);
+    return (btg_raster_tile){
+        .window = window,
+        .at = {query, view, 0, 0},
+        .limits = {(float)(radius * radius), (float)power, (float)high, (float)(1 / (high - low))}};
 }
 
 static btg_raster_tile whole(const btg_raster_search *s, btg_op op, uint32_t query) {
@@ -146,26 +168,13 @@ static btg_raster_tile closer(const btg_raster_search *s, const btg_search_best 
 
 /* ---- passes ------------------------------------------------------------------------------- */
 
-btg_raster_depth btg_raster_search_depth(const btg_raster_search *s, btg_op op) {
-    double low = -0.5 * BTG_PI, high = 0;
-    if (op == BTG_OP_DROP) {
-        btg_gpu_vec4 ball = s->scene.geometry[s->scene.head.level[s->scene.head.counts.y - 1].x];
-        double far = ball.w + norm2(norm2(ball.x, ball.y), ball.z), from = 0;
-        for (uint32_t i = 1; i < s->tool.element_count; i++)
-            from = max2(from, s->tool.element[i].from_mm);
-        low = -far - from;
-        high = far + s->tool.element[0].corner_radius_mm;
-    }
-    return (btg_raster_depth){(float)high, (float)(1 / (high - low))};
-}
-
 static btg_raster_pass make_pass(const btg_raster_search *s, btg_op op, uint32_t pixels,
                                  bool coarse) {
     btg_raster_pass pass = {.size = {pixels, 1, s->raster.first_piece, !coarse}};
     double pixel = 2 * tool_radius(s) / pixels * (coarse ? 1 : 2.0 / pixels);
     double lever = op == BTG_OP_DROP ? 1 : LEVER * cutter_size(s);
     pass.scale.x = pass.scale.y = (float)(2.0 / s->raster.side);
-    pass.scale.z = (float)(pixel / lever) * s->raster.depths[op].scale;
+    pass.scale.z = (float)(pixel / lever);
     if (s->options.levels == 2) pass.size.y = coarse ? VALLEYS : 1 + RIMS;
     return pass;
 }
@@ -297,23 +306,25 @@ static bool is_new(btg_raster_search *s, const btg_raster_tile *tile, bool zoom)
     return true;
 }
 
+static float value_of(const btg_search_best *at) {
+    return at->tile.limits.z - at->depth / at->tile.limits.w;
+}
+
 /* What a place may be deeper than its pixel shows. */
-static float hidden(const btg_raster_search *s, btg_op op, const btg_search_best *at,
-                    uint32_t pixels) {
-    const btg_raster_depth scale = s->raster.depths[op];
+static float hidden(const btg_raster_search *s, const btg_search_best *at, uint32_t pixels) {
     const btg_raster_tile *t = &at->tile;
     double half_pixel[2] = {t->window.z / pixels, t->window.w / pixels};
     btg_view view = btg_view_make(&s->scene, &s->queries[t->at.x], t->at.y);
-    btg_view_hit hit = {at->cell, at->place, at->element, scale.most - at->depth / scale.scale};
-    return (float)btg_view_hidden(&view, &hit, norm2(half_pixel[0], half_pixel[1])) * scale.scale +
+    btg_view_hit hit = {at->cell, at->place, at->element, value_of(at)};
+    return (float)btg_view_hidden(&view, &hit, norm2(half_pixel[0], half_pixel[1])) * t->limits.w +
            ROUNDING;
 }
 
 /* Adds a window about what was seen, if it may be lower than what is known. */
-static uint32_t look_closer(btg_raster_search *s, btg_op op, uint32_t pixels,
-                            const btg_search_best *at, bool zoom, btg_raster_tile *to) {
+static uint32_t look_closer(btg_raster_search *s, uint32_t pixels, const btg_search_best *at,
+                            bool zoom, btg_raster_tile *to) {
     float over = at->depth - s->best[at->tile.at.x].depth;
-    if (!at->found || (over > 0 && over > hidden(s, op, at, pixels))) return 0;
+    if (!at->found || (over > 0 && over > hidden(s, at, pixels))) return 0;
     btg_raster_tile tile = closer(s, at, pixels, zoom);
     /* The wide view has what lies farther from P. */
     double most = CONTACT_REACH * cutter_size(s);
@@ -325,12 +336,12 @@ static uint32_t look_closer(btg_raster_search *s, btg_op op, uint32_t pixels,
 
 /* Windows about the places where a valley may leave those that were: pixels hide how its floor
  * slopes, so that the lowest pixel alone does not tell the way. */
-static void follow(btg_raster_search *s, btg_op op, btg_raster_shot *fine) {
+static void follow(btg_raster_search *s, btg_raster_shot *fine) {
     uint32_t picks = fine->pass.size.y;
     btg_raster_tile *to = fine->tiles + fine->count, *end = fine->tiles + tile_room(s);
     for (uint32_t i = 0; i < fine->count * picks && to < end; i++) {
         btg_search_best b = best_of(&fine->tiles[i / picks], &fine->picks[i]);
-        if (i % picks > 0) to += look_closer(s, op, fine->pass.size.x, &b, false, to);
+        if (i % picks > 0) to += look_closer(s, fine->pass.size.x, &b, false, to);
     }
     uint32_t count = (uint32_t)(to - fine->tiles) - fine->count;
     memmove(fine->tiles, fine->tiles + fine->count, count * sizeof *fine->tiles);
@@ -338,13 +349,13 @@ static void follow(btg_raster_search *s, btg_op op, btg_raster_shot *fine) {
 }
 
 /* Windows about picks: each query's best, or all others that may still beat what is known. */
-static void zoom(btg_raster_search *s, btg_op op, const btg_raster_shot *coarse, bool firsts,
+static void zoom(btg_raster_search *s, const btg_raster_shot *coarse, bool firsts,
                  btg_raster_shot *fine) {
     uint32_t picks = coarse->pass.size.y, pixels = coarse->pass.size.x;
     for (uint32_t i = 0; i < coarse->count * picks; i++) {
         btg_search_best b = best_of(&coarse->tiles[i / picks], &coarse->picks[i]);
         if ((i == s->best[b.tile.at.x].pick) == firsts)
-            fine->count += look_closer(s, op, pixels, &b, true, fine->tiles + fine->count);
+            fine->count += look_closer(s, pixels, &b, true, fine->tiles + fine->count);
     }
 }
 
@@ -362,12 +373,12 @@ static btg_status search_fine(btg_raster_search *s, btg_op op, const btg_raster_
     fine->pass = make_pass(s, op, coarse->pass.size.x, false);
     fine->count = 0;
     note_picks(s, coarse);
-    zoom(s, op, coarse, true, fine);
+    zoom(s, coarse, true, fine);
     for (bool others = true; fine->count > 0; others = false) {
         btg_status status = shoot(s, op, fine);
         if (status != BTG_OK) return status;
-        follow(s, op, fine);
-        if (others) zoom(s, op, coarse, false, fine);
+        follow(s, fine);
+        if (others) zoom(s, coarse, false, fine);
     }
     return BTG_OK;
 }
@@ -389,13 +400,12 @@ static btg_status search_coarse(btg_raster_search *s, btg_op op, uint32_t pixels
 
 /* ---- whole -------------------------------------------------------------------------------- */
 
-static btg_gpu_winner winner_of(const btg_raster_search *s, btg_op op, const btg_search_best *b) {
+static btg_gpu_winner winner_of(const btg_raster_search *s, const btg_search_best *b) {
     btg_gpu_winner w = {0};
     if (!b->found) return w;
-    const btg_raster_depth depth = s->raster.depths[op];
     btg_view_place at = btg_view_unpack(&s->scene, b->cell, b->place);
     w.found = 1;
-    w.value = depth.most - b->depth / depth.scale;
+    w.value = value_of(b);
     w.u = (float)at.u;
     w.v = (float)at.v;
     w.item = at.item;
@@ -413,6 +423,6 @@ btg_status btg_raster_search_run(btg_raster_search *s, btg_op op, uint32_t count
     if (status == BTG_OK && tilt && one)
         status = search_coarse(s, op, CONTACT_PIXELS, false, true, count);
     for (uint32_t i = 0; i < count && status == BTG_OK; i++)
-        winners[i] = winner_of(s, op, &s->best[i]);
+        winners[i] = winner_of(s, &s->best[i]);
     return status;
 }

@@ -53,8 +53,6 @@ typedef struct btg_raster_search {
 uint32_t btg_raster_search_atlas(const btg_raster_options *options, uint32_t most);
 btg_status btg_raster_search_room(btg_raster_search *search, const btg_allocator *allocator,
                                   uint32_t capacity, btg_message *message);
-/* Values from the lowest to the highest there can be, as depths from 1 to 0. */
-btg_raster_depth btg_raster_search_depth(const btg_raster_search *search, btg_op op);
 void btg_raster_search_free(btg_raster_search *search, const btg_allocator *allocator);
 
 /* Answers search->queries[0 .. count - 1]. */
