@@ -39,46 +39,78 @@ static void offer_sheet(btg_search *search, btg_place place) {
     }
 }
 
-/* The place a step along the ridge from P, in mm, and its value; false outside the patch or where
- * no ray meets the tool. */
-static bool along_ridge(const btg_search *search, btg_place p, const double ridge[2], double step,
-                        btg_place *at, double *value) {
+/* The part of a step from x that stays within 0..1. */
+static double part_inside(double x, double step) {
+    double room = step > 0 ? 1 - x : x, way = fabs(step);
+    return way > room ? room / way : 1;
+}
+
+/* The place a step along the ridge from P, in mm, or as far as the patch goes, and its value. The
+ * step's length; 0 where there is none or no ray meets the tool. */
+static double along_ridge(const btg_search *search, btg_place p, const double ridge[2], double step,
+                          btg_place *at, double *value) {
     btg_surface_point s;
     btg_ray_hit hit;
-    *at = (btg_place){p.item, p.u + step * ridge[0], p.v + step * ridge[1]};
-    if (!(at->u >= 0 && at->u <= 1 && at->v >= 0 && at->v <= 1)) return false;
+    double inside = min2(part_inside(p.u, step * ridge[0]), part_inside(p.v, step * ridge[1]));
+    *at = (btg_place){p.item, p.u + inside * step * ridge[0], p.v + inside * step * ridge[1]};
+    at->u = min2(max2(at->u, 0), 1);
+    at->v = min2(max2(at->v, 0), 1);
+    if (!(inside > 0)) return 0;
     btg_part_point(search->part, *at, &s);
-    if (!btg_ray_cast(&search->query, s.s, &hit)) return false;
+    if (!btg_ray_cast(&search->query, s.s, &hit)) return 0;
     *value = hit.value;
-    return true;
+    return inside * fabs(step);
+}
+
+/* Where the patch ends near P the top may be on its edge, aside of the ridge: from where that meets
+ * the edge, or would behind the next one. */
+static void climb_edges(btg_search *search, btg_place from, const btg_surface_point *p,
+                        const double ridge[2], double near) {
+    double u[2] = {-from.u, 1 - from.u}, v[2] = {-from.v, 1 - from.v};
+    double near_u = near / vec_norm(p->su), near_v = near / vec_norm(p->sv);
+    for (int i = 0; i < 2; i++) {
+        if (fabs(u[i]) < near_u && ridge[0] != 0) {
+            double aside = from.v + u[i] / ridge[0] * ridge[1];
+            btg_search_polish(search, (btg_place){from.item, i, min2(max2(aside, 0), 1)});
+        }
+        if (fabs(v[i]) < near_v && ridge[1] != 0) {
+            double aside = from.u + v[i] / ridge[1] * ridge[0];
+            btg_search_polish(search, (btg_place){from.item, min2(max2(aside, 0), 1), i});
+        }
+    }
 }
 
 /* Where the tilt is nearly osculating the value rises from P along the direction of its limit, the
  * ridge, by less than the walk's clearance shows. Its slope there has opposite signs on both
  * sides: one of them leads uphill. */
 static void climb_ridge(btg_search *search, btg_place from) {
-    double ridge[2], limit, low, high;
+    double ridge[2], limit, low = 0, high = 0;
     btg_place at, best;
     btg_surface_point p;
     if (btg_is_triangle(search->part, from.item)) return;
     btg_part_point(search->part, from, &p);
     if (!btg_ray_ridge(&search->query, &p, ridge, &limit)) return;
     double size = btg_ray_insert_size(search->query.tool), t = ridge_steps[0] * size;
-    bool left = along_ridge(search, from, ridge, -t, &at, &low);
-    bool right = along_ridge(search, from, ridge, t, &best, &high);
-    if (!left && !right) return;
-    double slope = left && right ? 0.5 * (high - low) / t : (left ? limit - low : high - limit) / t;
+    double left = along_ridge(search, from, ridge, -t, &at, &low);
+    double right = along_ridge(search, from, ridge, t, &best, &high);
+    double slope = 0;
+    if (!(left > 0 || right > 0)) return;
+    if (left > 0) slope += (limit - low) / left;
+    if (right > 0) slope += (high - limit) / right;
+    if (left > 0 && right > 0) slope *= 0.5;
     const btg_tool_element *e = &search->query.tool->element[0];
     double radius = e->ring_radius_mm + e->corner_radius_mm;
     double unseen = sqrt(2 * radius * search->tolerance / RISE_SEEN) + t;
     if (search->value > limit + RISE_MOST * fabs(slope) * unseen) return;
+    climb_edges(search, from, &p, ridge, t);
     double side = slope > 0 ? 1 : -1, most = -INFINITY;
     for (size_t i = 0; i < sizeof ridge_steps / sizeof *ridge_steps; i++) {
-        double value;
-        if (!along_ridge(search, from, ridge, side * ridge_steps[i] * size, &at, &value)) break;
-        if (value <= most) break;
+        double value, step = ridge_steps[i] * size;
+        double way = along_ridge(search, from, ridge, side * step, &at, &value);
+        if (!(way > 0 && value > most)) break;
         most = value;
         best = at;
+        if (way < step) break; /* there the patch ends */
     }
     if (most > -INFINITY) btg_search_polish(search, best);
 }

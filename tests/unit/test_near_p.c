@@ -3,6 +3,7 @@
  * clearance. The bound is at most the tolerance asked, and nothing is deeper: dense samples say
  * so, about P at all scales. */
 #include "check.h"
+#include "core/ray.h"
 #include "core/spin.h"
 #include "hard_depth.h"
 #include "hard_parts.h"
@@ -25,6 +26,14 @@
 #define RING_STEP  2.0
 #define SPOKES     12
 
+/* Tops: rays start and end that far from P, in minor radii. */
+#define TOPS       1500
+#define TOP_FROM   2e-3
+#define TOP_TO     0.03
+#define TOP_STEP   1.1
+#define TOP_SPOKES 60
+#define TOP_SLACK  1e-7 /* rad */
+
 typedef enum shape { SEAM, FAN, MICRO, LAYERS, STRIPS, SHAPES } shape;
 
 typedef struct setting {
@@ -38,6 +47,8 @@ typedef struct setting {
 
 static long tilts, at_place, several, osculating, short_of;
 static double most_of_tolerance, most_of_bound;
+static long tops, tops_at_edge;
+static double most_missed;
 static uint32_t most_nodes;
 static double all_nodes;
 
@@ -178,17 +189,21 @@ static void add_strips(model *m, rng *r) {
     }
 }
 
+static void open_model(setting *s, model *m) {
+    s->part = model_part(m);
+    model_free(m);
+    s->field = hard_field_make(s->part);
+    s->size = btg_workspace_size(s->part);
+    s->workspace = malloc(s->size);
+    if (!s->workspace) abort();
+}
+
 static void open_part(setting *s, rng *r, shape kind) {
     static void (*const add[SHAPES])(model *, rng *) = {add_seam, add_fan, add_micro, add_layers,
                                                         add_strips};
     model m = {0};
     add[kind](&m, r);
-    s->part = model_part(&m);
-    model_free(&m);
-    s->field = hard_field_make(s->part);
-    s->size = btg_workspace_size(s->part);
-    s->workspace = malloc(s->size);
-    if (!s->workspace) abort();
+    open_model(s, &m);
 }
 
 static void close_part(setting *s) {
@@ -346,6 +361,77 @@ static void check_foot(const setting *s, const meeting *m, double x, double y) {
     check_pose(s, &pose, tilt.bound_mm, &at_p);
 }
 
+/* ---- tops near P ---- */
+
+/* The largest value of the rays about P on a patch, and where. */
+static double top_about(const setting *s, const btg_ray_query *q, btg_place at, btg_place *top) {
+    double from = TOP_FROM * s->tool.def.minor_radius_mm, to_way = TOP_TO / TOP_FROM * from;
+    btg_surface_point f;
+    btg_part_point(s->part, at, &f);
+    double su = vec_norm(f.su), sv = vec_norm(f.sv), most = -INFINITY;
+    for (double ring = from; ring < to_way; ring *= TOP_STEP)
+        for (int k = 0; k < TOP_SPOKES; k++) {
+            double turn = 2 * BTG_PI * k / TOP_SPOKES;
+            btg_place to = {at.item, at.u + ring * cos(turn) / su, at.v + ring * sin(turn) / sv};
+            to.u = min2(max2(to.u, 0), 1);
+            to.v = min2(max2(to.v, 0), 1);
+            btg_vec3 point = hard_point(s->part, to);
+            btg_ray_hit hit;
+            if (vec_norm(vec_sub(point, q->p)) < from) continue;
+            if (!btg_ray_cast(q, point, &hit) || !(hit.value > most)) continue;
+            most = hit.value;
+            *top = to;
+        }
+    return most;
+}
+
+/* A bent patch, and a foot that brings P close to its corner. */
+static void open_corner(setting *s, rng *r, double *x, double *y) {
+    double a[4][4] = {{0}};
+    for (int i = 0; i < 4; i++)
+        for (int j = 0; j < 4; j++)
+            if (i + j > 0) a[i][j] = rng_range(r, -1, 1) * 0.3 * pow(0.1, i + j - 1);
+    a[2][0] -= 0.05;
+    a[0][2] -= 0.05;
+    model m = {0};
+    add_graph(&m, SIZE / 2, SIZE / 2, a);
+    open_model(s, &m);
+    s->tool = hard_tool(rng_pick(r, 3));
+    double off = power(r, -2.5, -0.5) / SIZE;
+    meeting at = {.count = 1, .place = {{0, off, off * rng_range(r, 0, 1)}}};
+    at.point = hard_point(s->part, at.place[0]);
+    foot_over(s, r, &at, x, y);
+}
+
+static void check_top(const setting *s, double x, double y) {
+    btg_drop_query query = btg_position_drop_query(x, y);
+    btg_drop_result drop;
+    btg_tilt_query f;
+    btg_tilt_result tilt;
+    if (btg_drop(s->part, &s->tool, &s->solver, &query, s->workspace, s->size, &drop) != BTG_OK ||
+        btg_position_tilt_query(&s->tool, &s->solver, &query, &drop, &f) != BTG_OK)
+        return;
+    btg_status status = btg_tilt(s->part, &s->tool, &s->solver, &f, s->workspace, s->size, &tilt);
+    if (status != BTG_OK && status != BTG_OSCULATING) return;
+    btg_ray_query q = btg_ray_query_tilt(&s->tool, &f);
+    btg_place top = {0};
+    double missed = top_about(s, &q, drop.contact.place, &top) + tilt.tilt_rad;
+    CHECK(missed <= TOP_SLACK);
+    most_missed = max2(most_missed, missed);
+    tops++;
+    tops_at_edge += top.u == 0 || top.v == 0;
+}
+
+/* All but osculating tilts with P close to the corner of a patch: the value rises from P by less
+ * than the search's clearance shows, to a top that may stand on the patch's edge. */
+static void check_tops(rng *r) {
+    setting s = {.solver = btg_solver_def_default()};
+    double x, y;
+    open_corner(&s, r, &x, &y);
+    check_top(&s, x, y);
+    close_part(&s);
+}
+
 int main(void) {
     static const double tolerance[] = {1e-3, 1e-5, 1e-6, 1e-7, 1e-9};
     int rounds = hard_rounds(ROUNDS);
@@ -373,5 +459,11 @@ int main(void) {
            most_of_tolerance, most_of_bound);
     printf("%.4g nodes a tilt, at most %u\n", all_nodes / (double)tilts, most_nodes);
     CHECK(several > tilts / 4);
+    for (int i = 0; i < hard_rounds(TOPS); i++) {
+        rng r = rng_of(1, "top", (uint64_t)i);
+        check_tops(&r);
+    }
+    printf("%ld tops near P, %ld on an edge, missed by at most %.3g rad\n", tops, tops_at_edge,
+           most_missed);
     return check_result();
 }
