@@ -234,10 +234,28 @@ static BTG_APART bool clear_by_turning_plane(const btg_search *search, const btg
     return vec_dot(g0, arm) - btg_cell_reach(&region->cell, vec_scale(g0, -1)) >= 0;
 }
 
+/* The same by the plane that touches the element as it starts: the tool may begin right beside the
+ * part, laid over onto it, and lift from there. */
+static BTG_APART bool clear_by_start_plane(const btg_search *search, const btg_region *region,
+                                           const btg_tool_element *e) {
+    const btg_ray_query *q = &search->query;
+    btg_placement start = btg_ray_place(q, 0);
+    btg_vec3 c = region->cell.centre;
+    btg_ray_distance d = btg_ray_tool_distance(e, start, c);
+    double offset = vec_dot(d.normal, vec_sub(c, start.centre)) - d.distance;
+    double s = sin(search->value), k = cos(search->value);
+    btg_vec3 v = vec_add(vec_scale(q->v, k), vec_scale(q->w, s));
+    btg_vec3 n = vec_mad(vec_scale(v, vec_dot(d.normal, q->v)), q->u, vec_dot(d.normal, q->u));
+    n = vec_mad(n, search->at.axis, vec_dot(d.normal, q->w));
+    return clear_by_turning_plane(search, region, n,
+                                  vec_dot(n, vec_sub(c, search->at.centre)) - offset);
+}
+
 static bool clear_by_turn(const btg_search *search, const btg_region *region, uint32_t element) {
     const btg_tool_element *e = &search->query.tool->element[element];
     btg_ray_distance d = btg_ray_tool_distance(e, search->at, region->cell.centre);
     if (clear_by_turning_plane(search, region, d.normal, d.distance)) return true;
+    if (clear_by_start_plane(search, region, e)) return true;
     btg_vec3 n;
     double plane;
     return own_plane(search, region, e, &d, &n, &plane) &&

@@ -159,8 +159,12 @@ btg_status btg_position_assemble(const btg_tool *tool, const btg_solver_def *sol
     bool spun = solver->spin == BTG_SPIN_FIXED;
     p.spin_met = solver->spin == BTG_SPIN_NONE;
     if (tilt && tilt->status < 0 && tilt->status != BTG_ERROR_GOUGE) return tilt->status;
-    /* A spun tool that is not free even laid over stays unspun, as dropped. */
+    /* A spun tool that is not free even laid over, or not known to be, stays unspun, as dropped. */
     bool usable = tilt && tilt->status >= 0 && (spun || tilt->status != BTG_SINGLE_CONTACT);
+    if (spun && usable && tilt->status == BTG_BUDGET && tilt->tilt_rad <= 0) {
+        usable = false;
+        p.status = BTG_BUDGET;
+    }
     if (usable) {
         double dropped = p.inclination_rad, beta = tilt->tilt_rad;
         if (tilt->status == BTG_SINGLE_CONTACT) beta -= solver->max_tilt_rad;

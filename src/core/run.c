@@ -101,12 +101,10 @@ static btg_status drop(const btg_part *part, const btg_tool *tool, const btg_sol
 }
 
 /* The start pose cuts deeper than the search's clearance explains. */
-static bool start_gouges(const btg_search *search, double tolerance) {
-    if (search->osculating || !(search->value > 0)) return false;
-    btg_placement start = btg_ray_place(&search->query, 0);
-    const btg_tool_element *e = &search->query.tool->element[search->element];
-    double depth = -btg_ray_tool_distance(e, start, search->point).distance;
-    return depth > max2(tolerance, 1e-9 * search->part->scale);
+static bool start_gouges(const btg_search *search) {
+    if (search->gouges) return true;
+    return !search->osculating && search->value > 0 &&
+           btg_search_start_gouges(search, search->point, search->element);
 }
 
 /* The clearance about P, where only limits speak: as wide as rays need it, and with a round corner
@@ -128,15 +126,17 @@ static BTG_APART btg_search *begin_tilt(const btg_part *part, const btg_tool *to
     search->query = btg_ray_query_tilt(tool, query);
     clear_about_p(search, solver->tolerance_mm);
     search->value = -query->max_tilt_rad;
+    search->gouge = max2(solver->tolerance_mm, 1e-9 * search->part->scale);
+    search->touch = max2(2 * search->tolerance, 1e-9 * search->part->scale);
     search->p_place = query->p.place;
     search->has_start = query->has_start;
     search->start = query->start;
     return search;
 }
 
-static BTG_APART btg_status end_tilt(const btg_search *search, const btg_solver_def *solver,
-                                     const btg_tilt_query *query, btg_tilt_result *result) {
-    if (start_gouges(search, solver->tolerance_mm)) return BTG_ERROR_GOUGE;
+static BTG_APART btg_status end_tilt(const btg_search *search, const btg_tilt_query *query,
+                                     btg_tilt_result *result) {
+    if (start_gouges(search)) return BTG_ERROR_GOUGE;
     btg_tilt_result r = {.status = BTG_SINGLE_CONTACT, .nodes = search->nodes};
     r.tilt_rad = query->max_tilt_rad;
     /* What is at P was clear of the start pose, but for what a drop leaves. */
@@ -160,7 +160,7 @@ static btg_status tilt(const btg_part *part, const btg_tool *tool, const btg_sol
                        const btg_tilt_query *query, void *workspace, btg_tilt_result *result) {
     btg_search *search = begin_tilt(part, tool, solver, query, workspace);
     btg_search_run(search);
-    return end_tilt(search, solver, query, result);
+    return end_tilt(search, query, result);
 }
 
 /* As tilt, but nothing is proven: bound_mm is infinite. */
@@ -169,7 +169,7 @@ static btg_status tilt_near(const btg_part *part, const btg_tool *tool,
                             void *workspace, btg_tilt_result *result) {
     btg_search *search = begin_tilt(part, tool, solver, query, workspace);
     btg_search_run_near(search);
-    return end_tilt(search, solver, query, result);
+    return end_tilt(search, query, result);
 }
 
 /* Each build of the run phase has one of these (variant.h). */

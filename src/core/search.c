@@ -100,13 +100,25 @@ static void start(btg_search *search) {
     }
 }
 
+BTG_APART bool btg_search_start_gouges(const btg_search *search, btg_vec3 point, uint32_t element) {
+    const btg_tool_element *e = &search->query.tool->element[element];
+    btg_placement start = btg_ray_place(&search->query, 0);
+    double most = element > 0 ? search->touch : search->gouge;
+    return -btg_ray_tool_distance(e, start, point).distance > most;
+}
+
 /* ---- triangles ---------------------------------------------------------------------------- */
 
-/* A centre that beats the best by more than rounding is worth a polish. */
+/* A centre that beats the best by more than rounding is worth a polish. One that is in the tool's
+ * start pose ends the search: where a shank cuts into the part the best value is at the end of the
+ * cut, where the value jumps, and no piece there is ever clear. */
 static void try_place(btg_search *search, btg_vec3 point, btg_place place) {
     btg_ray_hit hit;
     if (!btg_ray_cast(&search->query, point, &hit)) return;
-    double slack = search->query.op == BTG_OP_DROP ? 1e-14 * search->part->scale : 1e-14;
+    bool tilt = search->query.op == BTG_OP_TILT;
+    if (tilt && hit.value > 0)
+        search->gouges |= btg_search_start_gouges(search, point, hit.element);
+    double slack = tilt ? 1e-14 : 1e-14 * search->part->scale;
     if (hit.value > search->value + slack && !is_rounding(search, point, hit.element))
         btg_search_polish(search, place);
 }
@@ -429,7 +441,7 @@ static bool walk(btg_search *search) {
     bool tilt = search->query.op == BTG_OP_TILT;
     start(search);
     while (search->top > 0) {
-        if (tilt && search->value >= BTG_PI) return false; /* inside at any tilt */
+        if (tilt && (search->gouges || search->value >= BTG_PI)) return false; /* never free */
         if (search->nodes >= search->budget) {
             give_up(search);
             return false;

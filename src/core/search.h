@@ -60,7 +60,10 @@ typedef struct btg_search {
     bool found, osculating;
     bool settled; /* a polish came to its end there */
     double value;
-    bool spent; /* the budget ran out: nothing of the part has a value above `bound` */
+    double gouge, touch; /* TILT: as deep, mm, may the start pose be in the part with the cutter,
+                            and with the rest, that does not touch it at P */
+    bool gouges;         /* it is deeper: there is no answer */
+    bool spent;          /* the budget ran out: nothing of the part has a value above `bound` */
     double bound;
     double deepest;   /* what was left is nowhere deeper in the tool, mm */
     btg_placement at; /* the tool placed there */
@@ -112,6 +115,10 @@ void btg_search_polish_rim(btg_search *search, btg_place from, uint32_t element)
 /* Takes a value as the best when it beats it; false: it does not. */
 bool btg_search_offer(btg_search *search, double value, btg_place place, btg_vec3 point,
                       uint32_t element, bool osculating);
+
+/* TILT: a point of a positive value, met by an element, is deeper in that as it starts than it may
+ * be. */
+bool btg_search_start_gouges(const btg_search *search, btg_vec3 point, uint32_t element);
 
 /* TILT, near P, where the value depends on the direction alone (limits.c): the limits of the
  * tool and of the sheet of P. */

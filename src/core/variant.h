@@ -58,6 +58,7 @@
 #define btg_search_run                 BTG_VARIANT_JOIN(btg_search_run, BTG_VARIANT)
 #define btg_search_run_near            BTG_VARIANT_JOIN(btg_search_run_near, BTG_VARIANT)
 #define btg_search_sheet_at_p          BTG_VARIANT_JOIN(btg_search_sheet_at_p, BTG_VARIANT)
+#define btg_search_start_gouges        BTG_VARIANT_JOIN(btg_search_start_gouges, BTG_VARIANT)
 #define btg_search_stack_size          BTG_VARIANT_JOIN(btg_search_stack_size, BTG_VARIANT)
 #define btg_step_make                  BTG_VARIANT_JOIN(btg_step_make, BTG_VARIANT)
 #define btg_step_move                  BTG_VARIANT_JOIN(btg_step_move, BTG_VARIANT)

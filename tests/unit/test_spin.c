@@ -255,6 +255,36 @@ static void test_policies(rng *r) {
     CHECK(t.widest >= t.solved * 7 / 10 && t.strip_gain >= 0.985 * t.solved);
 }
 
+/* ---- wide shanks -------------------------------------------------------------------------- */
+
+/* A spun tool begins laid over: a wide shank then cuts deep into the part, and where that cut ends
+ * the value jumps, so that a walk along it never came to an end; and the start pose was taken for
+ * free, because its value is greatest where it is next to nothing deep. Such a tool stays as
+ * dropped. */
+static void test_shank(void) {
+    rng r = {3};
+    int unspun = 0, spun = 0;
+    for (int round = 0; round < ROUNDS; round++) {
+        setting s = make_setting(&r, round);
+        btg_tool_def def = s.tool.def;
+        def.shank = (btg_cylinder){12, 4, 80};
+        CHECK(btg_tool_init(&def, &s.tool, NULL) == BTG_OK);
+        s.solver.node_budget = 20000;
+        s.solver.spin = (btg_spin)(BTG_SPIN_FIXED + round / 2 % 4);
+        s.solver.spin_rad = rng_range(&r, -BTG_PI, BTG_PI);
+        btg_position p;
+        if (solve(&s, &p) != BTG_SINGLE_CONTACT) unspun += p.spin_rad == 0, spun += p.spin_rad != 0;
+        for (s.solver.node_budget = 200; s.solver.node_budget > 10; s.solver.node_budget /= 2) {
+            CHECK(btg_position_solve(s.part, &s.tool, &s.solver, s.x, s.y, s.workspace, s.size,
+                                     &p) >= 0);
+            check_clear(&s, &p);
+        }
+        end_setting(&s);
+    }
+    printf("wide shank: %d positions spun, %d as dropped\n", spun, unspun);
+    CHECK(spun >= ROUNDS / 2 && unspun >= 1);
+}
+
 /* ---- the strip ---------------------------------------------------------------------------- */
 
 #define BINS    600
@@ -422,6 +452,7 @@ static void test_refusals(rng *r) {
 int main(void) {
     rng r = {11};
     test_policies(&r);
+    test_shank();
     test_strip(&r);
     test_patches(&r);
     test_feed(&r);

@@ -188,6 +188,8 @@ typedef struct search {
     bool nearest;            /* look for the point next to P instead */
     double same_point;       /* mm */
     bool on_rim;             /* the best is on a sharp rim */
+    double asked;            /* TILT: as deep in the part as that may the start pose be, mm */
+    bool gouges;             /* it is deeper */
     uint32_t points;
 } search;
 
@@ -607,14 +609,33 @@ static btg_contact contact(const search *s) {
     return (btg_contact){place, at.s, normal};
 }
 
-/* The start pose cuts into the part, deeper than asked and than rounding. */
-static bool gouges(const search *s, double tolerance) {
-    if (!s->best_chart || s->best.value <= 0) return false;
-    btg_vec3 point = point_at(s->data, s->best_chart, s->best_a, s->best_b);
-    const btg_tool_element *e = &s->query.tool->element[s->best.element];
+/* Shank and holder do not touch the part at P: as deep as that part of what is asked may they be.
+ */
+#define TOUCH_SHARE 2e-4
+
+/* A point is deeper in an element of the tool as it starts than asked and than rounding. */
+static void see_start(search *s, btg_vec3 point, uint32_t element) {
+    const btg_tool_element *e = &s->query.tool->element[element];
     btg_placement start = btg_ray_place(&s->query, 0);
-    double depth = -btg_ray_tool_distance(e, start, point).distance;
-    return depth > fmax(tolerance, 1e-9 * s->data->part->scale);
+    double most =
+        fmax(element > 0 ? TOUCH_SHARE * s->asked : s->asked, 1e-9 * s->data->part->scale);
+    s->gouges |= -btg_ray_tool_distance(e, start, point).distance > most;
+}
+
+static void sample_start(search *s, const chart *c, box x, const cell *around) {
+    (void)around;
+    btg_vec3 point = point_at(s->data, c, 0.5 * (x.a0 + x.a1), 0.5 * (x.b0 + x.b1));
+    btg_ray_hit hit;
+    if (btg_ray_cast(&s->query, point, &hit) && hit.value > 0) see_start(s, point, hit.element);
+}
+
+/* The start pose cuts into the part: at any sample, or where the tool would be met first. */
+static bool gouges(search *s, double tolerance) {
+    s->asked = tolerance;
+    for_each_cell(s, sample_start);
+    if (s->best_chart && s->best.value > 0)
+        see_start(s, point_at(s->data, s->best_chart, s->best_a, s->best_b), s->best.element);
+    return s->gouges;
 }
 
 static btg_status drop(const btg_backend_setup *setup, const void *data,
