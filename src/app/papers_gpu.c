@@ -1,6 +1,7 @@
 /* M. Singh, S. Bedi, S. Mann, "A GPU Method and Error Analysis of Multi-Point Positioning of a
  * Toroidal Tool for 5-Axis Machining", 2024: table 1, figures 6, 8 and 9. */
 #include "app/papers.h"
+#include "app/plan.h"
 #include "app/app.h"
 #include "core/part.h"
 #include "methods/error_model.h"
@@ -27,14 +28,6 @@ static const struct {
     {"CPU, one level, 650 x 650", "cpu", 650, 1, 2, 304},
     {"CPU, two levels, 50 x 50", "cpu", 50, 2, 24, 14},
 };
-
-static bool is_ready(const char *backend) {
-    btg_backend_info info;
-    for (size_t i = 0; i < btg_backend_count(); i++)
-        if (btg_backend_get_info(i, &info) == BTG_OK && strcmp(info.name, backend) == 0)
-            return info.state == BTG_BACKEND_READY;
-    return false;
-}
 
 static size_t feet_of(const papers *p, size_t k) {
     return p->quick ? QUICK_FEET : columns[k].feet;
@@ -79,7 +72,7 @@ static const char *timed_on(const papers *p, size_t k, char text[64]) {
 static btg_status level_times(papers *p) {
     char text[64];
     btg_status status = BTG_OK;
-    bool osmesa = is_ready("osmesa");
+    bool osmesa = plan_raster_ready();
     for (size_t k = 0; k < sizeof columns / sizeof *columns && status == BTG_OK; k++) {
         if (!osmesa && columns[k].backend[0] == 'o') continue;
         if (p->quick && columns[k].levels == 1) continue;
@@ -343,6 +336,6 @@ static btg_status facets(papers *p) {
 btg_status papers_gpu(papers *p) {
     btg_status status = level_times(p);
     if (status == BTG_OK) status = pixel_errors(p);
-    if (status == BTG_OK && is_ready("osmesa")) status = papers_raw(p);
+    if (status == BTG_OK && plan_raster_ready()) status = papers_raw(p);
     return status == BTG_OK ? facets(p) : status;
 }

@@ -101,10 +101,10 @@ plan_part plan_look(const btg_part *part) {
 
 /* ---- the plan ----------------------------------------------------------------------------- */
 
-static bool is_ready(const char *name) {
+bool plan_raster_ready(void) {
     for (size_t i = 0; i < btg_backend_count(); i++) {
         btg_backend_info info;
-        if (btg_backend_get_info(i, &info) == BTG_OK && strcmp(info.name, name) == 0)
+        if (btg_backend_get_info(i, &info) == BTG_OK && strcmp(info.name, RASTER) == 0)
             return info.state == BTG_BACKEND_READY;
     }
     return false;
@@ -154,7 +154,7 @@ btg_status plan_make(const btg_tool *tool, const plan_part *part, double toleran
     *out = (plan){.part = *part};
     out->pixel_share_mm = PIXEL_SHARE * tolerance_mm;
     out->tool_share_mm = out->part_share_mm = FACET_SHARE * tolerance_mm;
-    if (is_ready(RASTER)) out->rounding_mm = PLAN_ROUNDING * part->size_mm;
+    if (plan_raster_ready()) out->rounding_mm = PLAN_ROUNDING * part->size_mm;
     if (out->rounding_mm > MOST_ROUNDING * out->pixel_share_mm) {
         return btg_fail(message, BTG_ERROR_ARGUMENT,
                         "--tolerance: %.3g mm; depth images round by %.2g mm on a part of that "

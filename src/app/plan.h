@@ -66,6 +66,8 @@ plan_way plan_way_of(const btg_tool *tool, const plan *p, uint32_t window, int l
 /* Greatest normal curvature at a place, either way, 1/mm; not finite where there is no normal. */
 double plan_curvature(const btg_part *part, btg_place place);
 plan_part plan_look(const btg_part *part);
+/* Is there a back end here that draws depth images? */
+bool plan_raster_ready(void);
 /* All but the check. ERROR_ARGUMENT: no pixels are fine enough, the device rounds by more. */
 btg_status plan_make(const btg_tool *tool, const plan_part *part, double tolerance_mm, plan *out,
                      btg_message *message);
