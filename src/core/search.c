@@ -267,13 +267,13 @@ static void push_left(btg_search *search, const btg_block *block, const btg_bloc
 }
 
 /* Of quarters that are not clear, those that are worth another cut. */
-static BTG_APART unsigned worth_cutting(btg_search *search, const btg_block *block, bool bounded,
-                                        unsigned left) {
+static BTG_APART unsigned worth_cutting(btg_search *search, const btg_block *block,
+                                        const btg_block_bound *bound, unsigned left) {
     bool one = search->query.tool->element_count == 1, tilt = search->query.op == BTG_OP_TILT;
     for (unsigned bits = left; bits; bits &= bits - 1) {
         int k = btg_lowest_bit(bits);
-        /* Bounds find cuts of the round corner alone. */
-        if (!bounded || !one)
+        /* Bounds find cuts of the round corner alone, and only those that are cuts at the end. */
+        if (!bound || !one || (tilt && (bound->high >> k & 1)))
             try_place(search, btg_block_vector(&block->at.s, k), place_in(block, k, 0, 0));
         bool small = !worth_a_cut(search, block->radius[k]);
         bool at_p = tilt && btg_search_may_reach_p(search, btg_block_vector(&block->at.s, k),
@@ -296,7 +296,7 @@ static void open_pieces(btg_search *search, const btg_piece *const piece[], uint
     if (!placed(search)) first_contact(search, block);
     if (round) bound_pieces(search, block, bound);
     unsigned left = btg_search_left(search, bound, btg_block_bits(block), true);
-    if (left) left = worth_cutting(search, block, round, left);
+    if (left) left = worth_cutting(search, block, bound, left);
     push_left(search, block, bound, NULL, left);
 }
 
