@@ -226,9 +226,10 @@ double btg_view_hidden(const btg_view *view, const btg_view_hit *hit, double rea
     }
     if (view->kind == BTG_VIEW_CONTACT) straight = fabs(vec_dot(p.n, view->n));
     double along = reach / max2(straight, STRAIGHT), slope = 1;
-    if (hit->element == 0) slope = vec_norm(vec_cross(p.n, cutter_normal(view, hit->value, p.s)));
+    bool round = hit->element == 0 && minor > 0;
+    if (round) slope = vec_norm(vec_cross(p.n, cutter_normal(view, hit->value, p.s)));
     /* Inside a smooth face the normals differ by what the curvature turns them on the way to a
-     * contact, or there is none so near; on an edge they may by any angle. */
-    if (slope > AWAY * curvature * along && p.edge > along) return 0;
+     * contact, or there is none so near; on an edge, of part or tool, they may by any angle. */
+    if (round && slope > AWAY * curvature * along && p.edge > along) return 0;
     return slope * along / max2(lever, STRAIGHT);
 }
