@@ -18,7 +18,7 @@
  * a quadratic form once more, that loses next to nothing near that place. Third derivatives and
  * products of bends come off as a constant. Where the piece reaches over the ring's top or a
  * solid's rim the distance is still convex across the meridian: c = 0 there. */
-#include "core/block.h"
+#include "core/cell.h"
 
 #if defined(__GNUC__)
 #define ALWAYS_INLINE inline __attribute__((always_inline))
@@ -97,7 +97,23 @@ btg_cut btg_piece_cut(const btg_part *part, const btg_piece *piece) {
     return cut_of(hu * hu * (vec_norm2(s.su) + uu * uu), hv * hv * (vec_norm2(s.sv) + vv * vv));
 }
 
+static double turned(const btg_block *block, int k) {
+    return block->turned >> k & 1 ? -1 : 1;
+}
+
+btg_place btg_block_place(const btg_block *block, int k, double a, double b) {
+    double way = turned(block, k);
+    return (btg_place){block->item[k], block->u[k] + way * a * block->hu[k],
+                       block->v[k] + way * b * block->hv[k]};
+}
+
 void btg_block_quarter(const btg_part *part, const btg_block *block, int k, btg_piece *piece) {
+    if (block->triangles) {
+        double side = 2 * turned(block, k) * block->hu[k];
+        *piece = (btg_piece){block->u[k] - 0.5 * side, block->v[k] - 0.5 * side, side, side,
+                             .item = block->item[k]};
+        return;
+    }
     const btg_piece *whole = &block->whole[k / 4];
     piece->u = block->u[k];
     piece->v = block->v[k];
@@ -153,12 +169,107 @@ static ALWAYS_INLINE void measure(const thirds *t, lanes rounding, int i, btg_bl
     lanes_store(block->radius + i, lanes_mad(bend, diagonal, over));
 }
 
-void btg_block_make(const btg_part *part, const btg_piece *const piece[], uint32_t pieces,
-                    btg_block *block) {
+/* Lanes that hold no piece hold numbers all the same. */
+static uint32_t lanes_of(uint32_t count) {
+    return (count + BTG_LANES - 1) / BTG_LANES * BTG_LANES;
+}
+
+/* The parameters of a piece of a triangle: its corner at (u, v), its sides along u and v. */
+static void place_triangle(const btg_piece *piece, int k, btg_block *block) {
+    double half = 0.5 * piece->hu;
+    block->item[k] = piece->item;
+    block->u[k] = piece->u + half;
+    block->v[k] = piece->v + half;
+    block->hu[k] = block->hv[k] = fabs(half);
+    block->side_u2[k] = half;
+    if (half < 0) block->turned |= 1u << k;
+}
+
+/* Pieces from number i on, the corners of their triangles standing for s, su and sv. */
+static ALWAYS_INLINE void measure_triangles(double rounding, int i, btg_block *block) {
+    lanes3 c = lanes3_load(&block->at.s, i), p = lanes3_load(&block->at.su, i);
+    lanes3 q = lanes3_load(&block->at.sv, i);
+    lanes u = lanes_load(block->u + i), v = lanes_load(block->v + i), all = lanes_all(rounding);
+    lanes half = lanes_load(block->side_u2 + i), zero = lanes_all(0);
+    lanes3 a = {lanes_sub(p.x, c.x), lanes_sub(p.y, c.y), lanes_sub(p.z, c.z)};
+    lanes3 b = {lanes_sub(q.x, c.x), lanes_sub(q.y, c.y), lanes_sub(q.z, c.z)};
+    c = (lanes3){lanes_mad(lanes_mad(c.x, a.x, u), b.x, v),
+                 lanes_mad(lanes_mad(c.y, a.y, u), b.y, v),
+                 lanes_mad(lanes_mad(c.z, a.z, u), b.z, v)};
+    a = lanes3_scale(a, half);
+    b = lanes3_scale(b, half);
+    lanes squares = lanes_add(norm2_of(a), norm2_of(b)), ab = lanes_abs(lanes3_dot(a, b));
+    lanes radius = lanes_sqrt(lanes_add(squares, lanes_add(ab, ab)));
+    lanes3_store(&block->at.s, i, c);
+    lanes3_store(&block->at.su, i, a);
+    lanes3_store(&block->at.sv, i, b);
+    lanes3 none = {zero, zero, zero};
+    lanes3_store(&block->at.suu, i, none);
+    lanes3_store(&block->at.suv, i, none);
+    lanes3_store(&block->at.svv, i, none);
+    lanes_store(block->error + i, all);
+    lanes_store(block->bend + i, all);
+    lanes_store(block->radius + i, lanes_add(radius, all));
+}
+
+/* The triangles of all lanes: their corners are fetched side by side, from far and wide. */
+static void fetch_triangles(const btg_part *part, btg_block *block) {
+    lanes3_memory *to[3] = {&block->at.s, &block->at.su, &block->at.sv};
+    uint32_t count = lanes_of(block->count);
+#if defined(__GNUC__)
+    for (uint32_t k = 0; k < count; k++)
+        for (int c = 0; c < 3; c++)
+            __builtin_prefetch(
+                &part->vertices[part->triangles[block->item[k] - part->patch_count][c]]);
+#endif
+    for (uint32_t k = 0; k < count; k++) {
+        btg_vec3 corner[3];
+        btg_triangle_corners(part, block->item[k] - part->patch_count, corner);
+        for (int c = 0; c < 3; c++) {
+            to[c]->at[0][k] = corner[c].x;
+            to[c]->at[1][k] = corner[c].y;
+            to[c]->at[2][k] = corner[c].z;
+        }
+    }
+    for (uint32_t i = 0; i < count; i += BTG_LANES)
+        measure_triangles(1e-14 * part->scale, (int)i, block);
+}
+
+static void begin_triangles(uint32_t count, btg_block *block) {
+    block->count = count;
+    block->triangles = true;
+    block->turned = 0;
+}
+
+void btg_block_of_triangles(const btg_part *part, const uint32_t *triangles, uint32_t count,
+                            btg_block *block) {
+    begin_triangles(count, block);
+    for (uint32_t k = 0; k < lanes_of(count); k++) {
+        uint32_t item = part->patch_count + triangles[k < count ? k : 0];
+        place_triangle(&(btg_piece){.hu = 1, .hv = 1, .item = item}, (int)k, block);
+    }
+    fetch_triangles(part, block);
+}
+
+static void cut_triangles(const btg_part *part, const btg_piece *const piece[], uint32_t pieces,
+                          btg_block *block) {
+    btg_piece quarter[4];
+    begin_triangles(4 * pieces, block);
+    for (uint32_t k = 0; k < lanes_of(4 * pieces); k++) {
+        if (k % 4 == 0) btg_triangle_cut(piece[k < 4 * pieces ? k / 4 : 0], quarter);
+        place_triangle(&quarter[k % 4], (int)k, block);
+    }
+    fetch_triangles(part, block);
+}
+
+static void cut_patches(const btg_part *part, const btg_piece *const piece[], uint32_t pieces,
+                        btg_block *block) {
     const btg_patch *patch[2] = {NULL, NULL};
     BTG_ALIGNED double rounding[BTG_BLOCK];
     thirds third;
     block->count = 4 * pieces;
+    block->triangles = false;
+    block->turned = 0;
     for (uint32_t p = 0; p < 2; p++) { /* one alone stands twice */
         const btg_piece *whole = piece[p < pieces ? p : 0];
         int first = 4 * (int)p;
@@ -166,12 +277,22 @@ void btg_block_make(const btg_part *part, const btg_piece *const piece[], uint32
         block->whole[p] = *whole;
         place_quarters(whole, first, block);
         set_thirds(part, whole, first, &third);
-        for (int k = 0; k < 4; k++)
+        for (int k = 0; k < 4; k++) {
+            block->item[first + k] = whole->item;
             rounding[first + k] = patch[p]->rounding;
+        }
     }
     btg_patch_evaluate_block(patch, (int)pieces, block->u, block->v, &block->at);
     for (uint32_t i = 0; i < block->count; i += BTG_LANES)
         measure(&third, lanes_load(rounding + i), (int)i, block);
+}
+
+void btg_block_make(const btg_part *part, const btg_piece *const piece[], uint32_t pieces,
+                    btg_block *block) {
+    if (piece[0]->item < part->patch_count)
+        cut_patches(part, piece, pieces, block);
+    else
+        cut_triangles(part, piece, pieces, block);
 }
 
 static void widen(const float from[3][4], int first, lanes3_memory *to) {
@@ -182,6 +303,7 @@ static void widen(const float from[3][4], int first, lanes3_memory *to) {
 
 void btg_block_of_nodes(const btg_node *const node[], uint32_t nodes, btg_block *block) {
     block->count = 4 * nodes;
+    block->triangles = false;
     for (uint32_t p = 0; p < (BTG_LANES == 8 ? 2 : nodes); p++) {
         const btg_node *n = node[p < nodes ? p : 0];
         int first = 4 * (int)p;
@@ -196,32 +318,6 @@ void btg_block_of_nodes(const btg_node *const node[], uint32_t nodes, btg_block 
             block->bend[first + k] = (double)n->bend[k];
             block->radius[first + k] = (double)n->radius[k];
         }
-    }
-}
-
-static void set_lane(lanes3_memory *to, int k, btg_vec3 v) {
-    to->at[0][k] = v.x;
-    to->at[1][k] = v.y;
-    to->at[2][k] = v.z;
-}
-
-void btg_block_of_triangles(const btg_part *part, const uint32_t *triangles, uint32_t count,
-                            btg_block *block) {
-    memset(&block->at.suu, 0, sizeof block->at.suu);
-    memset(&block->at.suv, 0, sizeof block->at.suv);
-    memset(&block->at.svv, 0, sizeof block->at.svv);
-    block->count = count;
-    for (uint32_t k = 0; k < (count + BTG_LANES - 1) / BTG_LANES * BTG_LANES; k++) {
-        btg_vec3 c[3];
-        btg_triangle_corners(part, triangles[k < count ? k : 0], c);
-        btg_vec3 a = vec_scale(vec_sub(c[1], c[0]), 0.5), b = vec_scale(vec_sub(c[2], c[0]), 0.5);
-        double rounding = 1e-14 * part->scale;
-        double p = vec_norm(vec_add(a, b)), m = vec_norm(vec_sub(a, b));
-        set_lane(&block->at.s, (int)k, vec_scale(vec_add(c[1], c[2]), 0.5));
-        set_lane(&block->at.su, (int)k, a);
-        set_lane(&block->at.sv, (int)k, b);
-        block->error[k] = block->bend[k] = rounding;
-        block->radius[k] = max2(p, m) + rounding;
     }
 }
 
@@ -302,6 +398,31 @@ static ALWAYS_INLINE minimum least_in_square(const quadratic *q) {
     return better(m, value, s, t);
 }
 
+/* The least over the half of the square where s + t <= 0. */
+static ALWAYS_INLINE minimum least_in_triangle(const quadratic *q) {
+    lanes half = lanes_all(0.5), zero = lanes_all(0), one = lanes_all(1), minus = lanes_all(-1);
+    lanes huu = lanes_mul(half, q->uu), hvv = lanes_mul(half, q->vv);
+    lanes det = lanes_sub(lanes_mul(q->uu, q->vv), lanes_mul(q->uv, q->uv)), iu, iv, inverse;
+    invert_three(divisor(q->uu), divisor(q->vv), divisor(det), &iu, &iv, &inverse);
+    lanes g = lanes_sub(q->b, q->uv), x = least_on_side(g, q->vv, iv);
+    minimum m = {lanes_add(lanes_sub(huu, q->a), lanes_mul(lanes_mad(g, hvv, x), x)), minus, x};
+    g = lanes_sub(q->a, q->uv);
+    x = least_on_side(g, q->uu, iu);
+    m = better(m, lanes_add(lanes_sub(hvv, q->b), lanes_mul(lanes_mad(g, huu, x), x)), x, minus);
+    lanes bend = lanes_add(lanes_sub(q->uu, lanes_add(q->uv, q->uv)), q->vv);
+    g = lanes_sub(q->a, q->b);
+    x = least_on_side(g, bend, lanes_div(one, divisor(bend)));
+    m = better(m, lanes_mul(lanes_mad(g, lanes_mul(half, bend), x), x), x, lanes_sub(zero, x));
+    lanes s = lanes_mul(lanes_sub(lanes_mul(q->uv, q->b), lanes_mul(q->vv, q->a)), inverse);
+    lanes t = lanes_mul(lanes_sub(lanes_mul(q->uv, q->a), lanes_mul(q->uu, q->b)), inverse);
+    lanes value = lanes_mul(half, lanes_mad(lanes_mul(q->a, s), q->b, t));
+    lanes never = lanes_all(INFINITY), low = lanes_min(s, t), high = lanes_add(s, t);
+    value = lanes_if_less(low, minus, never, value);
+    value = lanes_if_less(zero, high, never, value);
+    value = lanes_if_less(zero, lanes_min(det, q->uu), value, never);
+    return better(m, value, s, t);
+}
+
 /* Near where the form is least over the square: from where it would be least without sides, or the
  * corner down the slope, held by one side, then along the other. */
 static ALWAYS_INLINE void near_least(const quadratic *q, lanes *s, lanes *t) {
@@ -314,6 +435,15 @@ static ALWAYS_INLINE void near_least(const quadratic *q, lanes *s, lanes *t) {
     first = lanes_max(minus, lanes_min(one, first));
     *t = least_on_side(lanes_mad(q->b, q->uv, first), q->vv, iv);
     *s = least_on_side(lanes_mad(q->a, q->uv, *t), q->uu, iu);
+}
+
+/* A place beyond s + t = 0 becomes the least along it. */
+static ALWAYS_INLINE void into_triangle(const quadratic *q, lanes *s, lanes *t) {
+    lanes bend = lanes_add(lanes_sub(q->uu, lanes_add(q->uv, q->uv)), q->vv), zero = lanes_all(0);
+    lanes x = least_on_side(lanes_sub(q->a, q->b), bend, lanes_div(lanes_all(1), divisor(bend)));
+    lanes beyond = lanes_add(*s, *t);
+    *s = lanes_if_less(zero, beyond, x, *s);
+    *t = lanes_if_less(zero, beyond, lanes_sub(zero, x), *t);
 }
 
 static ALWAYS_INLINE lanes value_at(const quadratic *q, lanes s, lanes t) {
@@ -334,9 +464,7 @@ static ALWAYS_INLINE lanes dot_one(lanes3 a, btg_vec3 b) {
                      lanes_all(b.z));
 }
 
-static ALWAYS_INLINE place place_of(const btg_block *block, int i, const btg_tool_element *e,
-                                    const btg_placement *at) {
-    lanes3 c = lanes3_load(&block->at.s, i);
+static ALWAYS_INLINE place place_of(lanes3 c, const btg_tool_element *e, const btg_placement *at) {
     lanes3 d = {lanes_sub(c.x, lanes_all(at->centre.x)), lanes_sub(c.y, lanes_all(at->centre.y)),
                 lanes_sub(c.z, lanes_all(at->centre.z))};
     lanes x = lanes_all(at->axis.x), y = lanes_all(at->axis.y), z = lanes_all(at->axis.z);
@@ -528,10 +656,10 @@ static ALWAYS_INLINE quadratic lower_form(const btg_tool_element *e, const place
 }
 
 /* Of the pieces from number i on. */
-static ALWAYS_INLINE void bounds_from(const btg_block *block, int i, const btg_tool_element *e,
-                                      const btg_placement *at, double enough,
-                                      btg_block_bound *bound) {
-    place p = place_of(block, i, e, at);
+static ALWAYS_INLINE void bounds_from(const btg_block *block, int i, bool triangles,
+                                      const btg_tool_element *e, const btg_placement *at,
+                                      double enough, btg_block_bound *bound) {
+    place p = place_of(lanes3_load(&block->at.s, i), e, at);
     lanes distance = lanes_sub(p.far, lanes_all(e->corner_radius_mm));
     lanes radius = lanes_load(block->radius + i), ball = lanes_sub(distance, radius);
     lanes up = reach_up(block, i, at->axis);
@@ -553,10 +681,11 @@ static ALWAYS_INLINE void bounds_from(const btg_block *block, int i, const btg_t
     quadratic about = form_of(&f, across_here, lanes_mul(p.n_r, p.inverse_r), lanes_all(1));
     lanes off, s, t;
     near_least(&about, &s, &t);
+    if (triangles) into_triangle(&about, &s, &t);
     lanes mu = lanes_mad(lanes_mul(f.ma, s), f.mb, t);
     lanes x_n = lanes_mad(lanes_mul(f.na, s), f.nb, t);
     quadratic q = lower_form(e, &p, &f, up, lanes_load(block->error + i), x_n, mu, &off);
-    minimum least = least_in_square(&q);
+    minimum least = triangles ? least_in_triangle(&q) : least_in_square(&q);
     lanes form = lanes_add(distance, lanes_sub(least.value, off));
     lanes low = lanes_max(lanes_max(form, bound_by_extent(&p, e, radius, up)), ball);
     lanes_store(bound->form + i, form);
@@ -567,11 +696,72 @@ static ALWAYS_INLINE void bounds_from(const btg_block *block, int i, const btg_t
     bound->deep |= lanes_less(low, lanes_all(enough)) << i;
 }
 
+/* Steps to a corner of a triangle: along n, the ring and the radius. */
+typedef struct corner {
+    lanes n, t, r;
+} corner;
+
+static ALWAYS_INLINE corner corner_of(const place *p, const local *a, const local *b, lanes s,
+                                      lanes t) {
+    local x = {lanes_mad(lanes_mul(a->r, s), b->r, t), lanes_mad(lanes_mul(a->t, s), b->t, t),
+               lanes_mad(lanes_mul(a->z, s), b->z, t)};
+    return (corner){along_n(p, &x), x.t, x.r};
+}
+
+static ALWAYS_INLINE lanes at_corner(const corner *c, lanes k) {
+    return lanes_mad(c->n, lanes_mul(k, c->t), c->t);
+}
+
+/* Triangles once more, from the place where they come nearest: a plane that touches the distance
+ * there bounds it, but for the ring's bend where that is hollow: n_r tau (see above). Both are
+ * concave, so the least is at a corner. */
+static ALWAYS_INLINE void corners_from(const btg_block *block, int i, const btg_tool_element *e,
+                                       const btg_placement *at, double enough,
+                                       btg_block_bound *bound) {
+    lanes s = lanes_load(bound->s + i), t = lanes_load(bound->t + i), zero = lanes_all(0);
+    lanes one = lanes_all(1), minus = lanes_all(-1);
+    lanes3 c = lanes3_load(&block->at.s, i), u = lanes3_load(&block->at.su, i);
+    lanes3 v = lanes3_load(&block->at.sv, i);
+    c = (lanes3){lanes_mad(lanes_mad(c.x, u.x, s), v.x, t),
+                 lanes_mad(lanes_mad(c.y, u.y, s), v.y, t),
+                 lanes_mad(lanes_mad(c.z, u.z, s), v.z, t)};
+    place p = place_of(c, e, at);
+    local a = local_of(&block->at.su, i, &p, at->axis),
+          b = local_of(&block->at.sv, i, &p, at->axis);
+    lanes back_s = lanes_sub(minus, s), back_t = lanes_sub(minus, t);
+    corner c0 = corner_of(&p, &a, &b, back_s, back_t);
+    corner c1 = corner_of(&p, &a, &b, lanes_sub(one, s), back_t);
+    corner c2 = corner_of(&p, &a, &b, back_s, lanes_sub(one, t));
+    lanes inner = lanes_add(p.r, lanes_min(c0.r, lanes_min(c1.r, c2.r)));
+    lanes safe = lanes_max(inner, lanes_mul(p.r, lanes_all(0.05)));
+    lanes k = lanes_div(lanes_mul(lanes_all(0.5), lanes_min(p.n_r, zero)), safe);
+    lanes least = lanes_min(at_corner(&c0, k), lanes_min(at_corner(&c1, k), at_corner(&c2, k)));
+    lanes low = lanes_add(lanes_sub(p.far, lanes_all(e->corner_radius_mm)), least);
+    low = lanes_sub(low, lanes_load(block->error + i));
+    low = lanes_if_less(inner, safe, lanes_all(-INFINITY), low);
+    low = lanes_max(low, lanes_load(bound->low + i));
+    lanes_store(bound->low + i, low);
+    unsigned all = (1u << BTG_LANES) - 1;
+    bound->deep = (bound->deep & ~(all << i)) | lanes_less(low, lanes_all(enough)) << i;
+}
+
+static BTG_APART void triangle_bounds(const btg_block *block, const btg_tool_element *e,
+                                      const btg_placement *at, double enough,
+                                      btg_block_bound *bound) {
+    for (uint32_t i = 0; i < block->count; i += BTG_LANES) {
+        bounds_from(block, (int)i, true, e, at, enough, bound);
+        if (bound->deep >> i) corners_from(block, (int)i, e, at, enough, bound);
+    }
+}
+
 void btg_block_bounds(const btg_block *block, const btg_tool_element *e, const btg_placement *at,
                       double enough, btg_block_bound *bound) {
     bound->deep = bound->high = 0;
-    for (uint32_t i = 0; i < block->count; i += BTG_LANES)
-        bounds_from(block, (int)i, e, at, enough, bound);
+    if (block->triangles)
+        triangle_bounds(block, e, at, enough, bound);
+    else
+        for (uint32_t i = 0; i < block->count; i += BTG_LANES)
+            bounds_from(block, (int)i, false, e, at, enough, bound);
     bound->deep &= btg_block_bits(block);
     bound->high &= btg_block_bits(block);
 }
@@ -586,8 +776,8 @@ unsigned btg_block_about(const btg_block *block, btg_place about, double speed_u
         v = lanes_mul(lanes_add(v, lanes_load(block->hv + i)), lanes_all(speed_v));
         bits |= lanes_less(lanes_mad(lanes_mul(u, u), v, v), lanes_all(reach * reach)) << i;
     }
-    for (uint32_t p = 0; p < block->count / 4; p++)
-        if (block->whole[p].item == about.item) of |= 0xfu << (4 * p);
+    for (uint32_t k = 0; k < block->count; k++)
+        if (block->item[k] == about.item) of |= 1u << k;
     return bits & of;
 }
 

@@ -20,17 +20,21 @@ typedef struct btg_piece {
 
 /* The quarters of one piece or two, four and four; of the first, piece k is
  *     s + su a + sv b + (suu a^2 + 2 suv a b + svv b^2) / 2,    |a|, |b| <= 1,
- * up to error[k]; without the last term, up to bend[k]. Instead of quarters it may hold children
- * of tree nodes or triangles: then the fields from u on mean nothing. */
+ * up to error[k]; without the last term, up to bend[k]. Of triangles it is the half of that where
+ * a + b <= 0. Instead of quarters it may hold whole triangles, or children of tree nodes: then the
+ * fields from item on mean nothing. */
 typedef struct btg_block {
     uint32_t count;       /* pieces, the first ones */
+    bool triangles;       /* of triangles all */
+    unsigned turned;      /* bits: quarters of triangles that are upside down */
     btg_surface_block at; /* in units of half sides */
     BTG_ALIGNED double error[BTG_BLOCK], bend[BTG_BLOCK];
     double radius[BTG_BLOCK]; /* of a ball about s that holds the piece */
-    double u[BTG_BLOCK], v[BTG_BLOCK], hu[BTG_BLOCK], hv[BTG_BLOCK];
+    double u[BTG_BLOCK], v[BTG_BLOCK], hu[BTG_BLOCK], hv[BTG_BLOCK]; /* its parameters' box */
     double side_u2[BTG_BLOCK], side_v2[BTG_BLOCK]; /* squares of half lengths along u and v, bends
-                                                      and errors included */
-    btg_piece whole[2];
+                                                      and errors included; of patches */
+    uint32_t item[BTG_BLOCK];
+    btg_piece whole[2]; /* of patches: what was cut */
 } btg_block;
 
 /* Distances of a block's pieces to a round element as placed. Bits: 1 << k for piece k. */
@@ -69,18 +73,19 @@ void btg_piece_root(const btg_part *part, uint32_t item, btg_piece *piece);
 /* How a piece is best cut: across its longer side, bend included. */
 btg_cut btg_piece_cut(const btg_part *part, const btg_piece *piece);
 
-/* Cuts one piece or two into four each. */
+/* Cuts one piece or two into four each: both of patches or both of triangles. */
 void btg_block_make(const btg_part *part, const btg_piece *const piece[], uint32_t pieces,
                     btg_block *block);
 
 /* The four children of each of one tree node or two; those that are none repeat the first. */
 void btg_block_of_nodes(const btg_node *const node[], uint32_t nodes, btg_block *block);
 
-/* Up to BTG_BLOCK triangles, each as the parallelogram it is half of. */
+/* Up to BTG_BLOCK whole triangles. */
 void btg_block_of_triangles(const btg_part *part, const uint32_t *triangles, uint32_t count,
                             btg_block *block);
 
-/* Piece k by itself. */
+/* Where a and b lead in piece k, and the piece by itself. */
+btg_place btg_block_place(const btg_block *block, int k, double a, double b);
 void btg_block_quarter(const btg_part *part, const btg_block *block, int k, btg_piece *piece);
 
 /* Bounds for an element with a round corner. Where no piece's ball comes nearer than `enough`,

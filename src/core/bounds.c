@@ -327,9 +327,9 @@ bool btg_search_clear(btg_search *search, const btg_region *region) {
 /* Clear but for its third-order error, and that is less along the one direction that counts. */
 static BTG_APART bool clear_by_tail(btg_search *search, const btg_block_bound *bound, int k) {
     const btg_block *block = &search->block;
-    uint32_t item = block->whole[k / 4].item;
+    uint32_t item = block->item[k];
     double without = bound->form[k] + block->error[k];
-    if (without < -search->tolerance) return false;
+    if (block->triangles || without < -search->tolerance) return false;
     btg_vec3 n = btg_block_normal(block, k, &search->query.tool->element[0], &search->at);
     btg_taylor taylor = {vec_dot(n, btg_block_vector(&block->at.su, k)),
                          vec_dot(n, btg_block_vector(&block->at.sv, k)),
@@ -341,20 +341,27 @@ static BTG_APART bool clear_by_tail(btg_search *search, const btg_block_bound *b
     return without - tail >= -search->tolerance;
 }
 
-static void region_of(const btg_block *block, int k, bool patch, btg_region *region) {
+void btg_search_region(const btg_search *search, int k, bool pieces, btg_region *region) {
+    const btg_block *block = &search->block;
     region->radius = block->radius[k];
-    if (patch)
+    if (pieces && block->triangles) {
+        btg_piece piece;
+        btg_block_quarter(search->part, block, k, &piece);
+        btg_cell_of_triangle(search->part, &piece, &region->cell);
+        region->radius = btg_cell_radius(&region->cell);
+    } else if (pieces) {
         btg_cell_of_block(block, k, &region->cell);
-    else
+    } else {
         btg_cell_of_child(block, k, &region->cell);
+    }
 }
 
 /* TILT, the cutter: as clear_of_cutter, of a piece that reaches above the equator. */
 static BTG_APART bool high_piece_clear(const btg_search *search, const btg_block_bound *bound,
-                                       int k, bool patch) {
+                                       int k, bool pieces) {
     const btg_ray_query *q = &search->query;
     btg_region region;
-    region_of(&search->block, k, patch, &region);
+    btg_search_region(search, k, pieces, &region);
     double start = vec_dot(vec_sub(region.cell.centre, q->o), q->w);
     if (bound->height[k] > region.radius && start > region.radius) return true;
     if (out_of_reach(q, &region, 0) || clear_by_ball(search, &region, 0)) return true;
@@ -362,9 +369,9 @@ static BTG_APART bool high_piece_clear(const btg_search *search, const btg_block
 }
 
 /* The elements but the cutter. */
-static BTG_APART bool piece_clear_of_the_rest(btg_search *search, int k, bool patch) {
+static BTG_APART bool piece_clear_of_the_rest(btg_search *search, int k, bool pieces) {
     btg_region region;
-    region_of(&search->block, k, patch, &region);
+    btg_search_region(search, k, pieces, &region);
     if (search->query.op == BTG_OP_TILT) return clear_of_the_rest(search, &region);
     if (!search->found) return outside_shadow(search, &region, 1);
     for (uint32_t i = 1; i < search->query.tool->element_count; i++)
@@ -373,46 +380,46 @@ static BTG_APART bool piece_clear_of_the_rest(btg_search *search, int k, bool pa
 }
 
 /* TILT: bits of the pieces that are so near P that the limits there speak for them. */
-static unsigned pieces_left_to_p(btg_search *search, unsigned bits, bool patch) {
+static unsigned pieces_left_to_p(btg_search *search, unsigned bits, bool pieces) {
     const btg_block *block = &search->block;
     unsigned within = 0;
     for (; bits; bits &= bits - 1) {
         int k = btg_lowest_bit(bits);
         if (block->radius[k] * block->radius[k] >= search->left_p2) continue;
         btg_region region;
-        region_of(block, k, patch, &region);
+        btg_search_region(search, k, pieces, &region);
         if (btg_search_left_to_p(search, &region, false)) within |= 1u << k;
     }
     return within;
 }
 
 /* A sharp cutter: one by one. */
-static BTG_APART unsigned left_one_by_one(btg_search *search, unsigned bits, bool patch) {
+static BTG_APART unsigned left_one_by_one(btg_search *search, unsigned bits, bool pieces) {
     unsigned left = bits;
     for (; bits; bits &= bits - 1) {
         btg_region region;
         int k = btg_lowest_bit(bits);
-        region_of(&search->block, k, patch, &region);
+        btg_search_region(search, k, pieces, &region);
         if (btg_search_clear(search, &region)) left &= ~(1u << k);
     }
     return left;
 }
 
 unsigned btg_search_left(btg_search *search, const btg_block_bound *bound, unsigned bits,
-                         bool patch) {
-    if (!bound) return left_one_by_one(search, bits, patch);
+                         bool pieces) {
+    if (!bound) return left_one_by_one(search, bits, pieces);
     bool one = search->query.tool->element_count == 1, tilt = search->query.op == BTG_OP_TILT;
     unsigned high = tilt ? bound->high : 0, left = one ? bits & (bound->deep | high) : bits;
-    unsigned at_p = tilt ? pieces_left_to_p(search, left, patch) : 0;
+    unsigned at_p = tilt ? pieces_left_to_p(search, left, pieces) : 0;
     unsigned deep = left & bound->deep & ~high & ~at_p;
     high &= ~at_p;
-    if (deep && patch && (tilt || search->found)) deep &= ~btg_basins_covering(search, deep);
+    if (deep && pieces && (tilt || search->found)) deep &= ~btg_basins_covering(search, deep);
     for (unsigned rest = left; rest; rest &= rest - 1) {
         int k = btg_lowest_bit(rest);
         unsigned own = 1u << k;
-        bool clear = high & own ? high_piece_clear(search, bound, k, patch)
-                                : !(deep & own) || (patch && clear_by_tail(search, bound, k));
-        if (clear && (one || piece_clear_of_the_rest(search, k, patch))) left &= ~own;
+        bool clear = high & own ? high_piece_clear(search, bound, k, pieces)
+                                : !(deep & own) || (pieces && clear_by_tail(search, bound, k));
+        if (clear && (one || piece_clear_of_the_rest(search, k, pieces))) left &= ~own;
     }
     return left;
 }

@@ -18,7 +18,7 @@ void btg_cell_of_block(const btg_block *block, int k, btg_cell *cell) {
     cell->v = block->v[k];
     cell->hu = block->hu[k];
     cell->hv = block->hv[k];
-    cell->item = block->whole[k / 4].item;
+    cell->item = block->item[k];
 }
 
 void btg_cell_of_triangle(const btg_part *part, const btg_piece *piece, btg_cell *cell) {

@@ -69,15 +69,6 @@ static btg_entry *push(btg_search *search, btg_vec3 centre, double radius) {
     return e;
 }
 
-static BTG_APART void push_triangle(btg_search *search, const btg_piece *piece) {
-    btg_cell cell;
-    btg_cell_of_triangle(search->part, piece, &cell);
-    btg_entry *e = push(search, cell.centre, btg_cell_radius(&cell));
-    e->node = BTG_NODE_NONE;
-    e->piece = *piece;
-    e->key = rank(search, e->centre, e->radius);
-}
-
 /* Puts the newest entries in order, nearest on top. */
 static void order(btg_search *search, size_t from) {
     for (size_t i = from + 1; i < search->top; i++) {
@@ -87,6 +78,20 @@ static void order(btg_search *search, size_t from) {
             search->stack[k] = search->stack[k - 1];
         search->stack[k] = moved;
     }
+}
+
+/* DROP: the tool has met its first contact. What waits is ordered by its distance from it, and left
+ * where its ball is clear of it. */
+static BTG_APART void order_anew(btg_search *search) {
+    size_t left = 0;
+    bool one = search->query.tool->element_count == 1;
+    for (size_t i = 0; i < search->top; i++) {
+        btg_entry *e = &search->stack[i];
+        e->key = e->radius < INFINITY ? rank(search, e->centre, e->radius) : -INFINITY;
+        if (!one || e->key < -search->tolerance) search->stack[left++] = *e;
+    }
+    search->top = left;
+    order(search, 0);
 }
 
 /* The walk's start: the roots of the tree. */
@@ -107,7 +112,7 @@ BTG_APART bool btg_search_start_gouges(const btg_search *search, btg_vec3 point,
     return -btg_ray_tool_distance(e, start, point).distance > most;
 }
 
-/* ---- triangles ---------------------------------------------------------------------------- */
+/* ---- blocks ------------------------------------------------------------------------------- */
 
 /* A centre that beats the best by more than rounding is worth a polish. One that is in the tool's
  * start pose ends the search: where a shank cuts into the part the best value is at the end of the
@@ -135,24 +140,12 @@ static bool at_the_end(btg_search *search, const btg_region *region) {
     return true;
 }
 
-static BTG_APART void open_triangle(btg_search *search, const btg_region *region,
-                                    const btg_piece *piece) {
-    try_place(search, region->cell.centre, btg_cell_place(&region->cell));
-    if (search->query.op == BTG_OP_TILT) btg_search_sheet_at_p(search, region);
-    if (at_the_end(search, region)) return;
-    btg_piece quarter[4];
-    size_t from = search->top;
-    btg_triangle_cut(piece, quarter);
-    for (int i = 0; i < 4; i++)
-        push_triangle(search, &quarter[i]);
-    order(search, from);
-}
-
-/* ---- blocks ------------------------------------------------------------------------------- */
-
-static btg_place place_in(const btg_block *block, int k, double s, double t) {
-    return (btg_place){block->whole[k / 4].item, block->u[k] + s * block->hu[k],
-                       block->v[k] + t * block->hv[k]};
+/* A place well inside a piece. */
+static btg_vec3 middle_of(const btg_block *block, int k, btg_place *place) {
+    double to = block->triangles ? -1.0 / 3 : 0;
+    if (place) *place = btg_block_place(block, k, to, to);
+    btg_vec3 a = btg_block_vector(&block->at.su, k), b = btg_block_vector(&block->at.sv, k);
+    return vec_mad(btg_block_vector(&block->at.s, k), vec_add(a, b), to);
 }
 
 /* DROP, nothing met so far: the best centre of the block is worth a polish when it is near enough
@@ -163,14 +156,18 @@ static BTG_APART void first_contact(btg_search *search, const btg_block *block) 
     int from = -1;
     for (int k = 0; k < (int)block->count; k++) {
         btg_ray_hit hit;
-        if (block->radius[k] > near && block->hu[k] > 0.1 && block->hv[k] > 0.1) continue;
-        if (!btg_ray_cast(&search->query, btg_block_vector(&block->at.s, k), &hit)) continue;
+        bool wide = block->radius[k] > near && block->hu[k] > 0.1 && block->hv[k] > 0.1;
+        if (wide && !block->triangles) continue;
+        if (!btg_ray_cast(&search->query, middle_of(block, k, NULL), &hit)) continue;
         if (hit.value > best) {
             best = hit.value;
             from = k;
         }
     }
-    if (from >= 0) btg_search_polish(search, place_in(block, from, 0, 0));
+    if (from < 0) return;
+    btg_place place;
+    middle_of(block, from, &place);
+    btg_search_polish(search, place);
 }
 
 /* Cuts deeper than this part of the clearance are followed. What is shallower has the rest of the
@@ -192,9 +189,9 @@ static BTG_APART bool find_cut(const btg_search *search, const btg_block *block,
         best = k;
     }
     if (best < 0) return false;
-    *at = place_in(block, best, 0, 0);
+    *at = btg_block_place(block, best, 0, 0);
     if (bound->distance[best] < -enough) return true;
-    *at = place_in(block, best, bound->s[best], bound->t[best]);
+    *at = btg_block_place(block, best, bound->s[best], bound->t[best]);
     btg_surface_point s;
     btg_part_point(search->part, *at, &s);
     const btg_tool_element *e = &search->query.tool->element[0];
@@ -227,14 +224,27 @@ static double key_of(const btg_search *search, const btg_block *block, const btg
     return max2(bound->distance[k], 0) - bound->height[k] - block->radius[k];
 }
 
+/* What will be read soon is on its way from memory. */
+static void fetch(const void *from, size_t size) {
+#if defined(__GNUC__)
+    for (size_t i = 0; i < size; i += 64)
+        __builtin_prefetch((const char *)from + i);
+#else
+    (void)from, (void)size;
+#endif
+}
+
 static void fill_child(const btg_part *part, const btg_node *node, int k, btg_entry *e) {
     e->node = BTG_NODE_NONE;
-    if (node->kind[k] == BTG_CHILD_NODE)
+    if (node->kind[k] == BTG_CHILD_NODE) {
         e->node = node->child[k];
-    else if (node->kind[k] == BTG_CHILD_PIECE)
+        fetch(&part->nodes[node->child[k]], sizeof(btg_node));
+    } else if (node->kind[k] == BTG_CHILD_PIECE) {
         e->piece = part->pieces[node->child[k]];
-    else
+    } else {
         e->piece = (btg_piece){.item = BTG_CELL_MANY, .quarters = node->child[k], .cut = 0};
+        fetch(part->order + node->child[k], 1);
+    }
     e->count = node->count[k];
 }
 
@@ -267,36 +277,39 @@ static void push_left(btg_search *search, const btg_block *block, const btg_bloc
 }
 
 /* Of quarters that are not clear, those that are worth another cut. */
-static BTG_APART unsigned worth_cutting(btg_search *search, const btg_block *block,
-                                        const btg_block_bound *bound, unsigned left) {
+static BTG_APART unsigned worth_cutting(btg_search *search, const btg_block *block, bool bounded,
+                                        unsigned left) {
     bool one = search->query.tool->element_count == 1, tilt = search->query.op == BTG_OP_TILT;
     for (unsigned bits = left; bits; bits &= bits - 1) {
         int k = btg_lowest_bit(bits);
-        /* Bounds find cuts of the round corner alone, and only those that are cuts at the end. */
-        if (!bound || !one || (tilt && (bound->high >> k & 1)))
-            try_place(search, btg_block_vector(&block->at.s, k), place_in(block, k, 0, 0));
+        /* Bounds find cuts of the round corner alone. */
+        if (!bounded || !one) {
+            btg_place place;
+            btg_vec3 middle = middle_of(block, k, &place);
+            try_place(search, middle, place);
+        }
         bool small = !worth_a_cut(search, block->radius[k]);
         bool at_p = tilt && btg_search_may_reach_p(search, btg_block_vector(&block->at.s, k),
                                                    block->radius[k]);
         if (!small && !at_p) continue;
-        btg_region region = {.radius = block->radius[k]};
-        btg_cell_of_block(block, k, &region.cell);
+        btg_region region;
+        btg_search_region(search, k, true, &region);
         if (at_p) btg_search_sheet_at_p(search, &region);
         if (at_the_end(search, &region)) left &= ~(1u << k);
     }
     return left;
 }
 
-static void open_pieces(btg_search *search, const btg_piece *const piece[], uint32_t pieces) {
+/* The block's pieces, fresh. */
+static void open_block(btg_search *search) {
     btg_block *block = &search->block;
-    bool round = search->query.tool->element[0].corner_radius_mm > 0;
+    bool round = search->query.tool->element[0].corner_radius_mm > 0, first = !placed(search);
     btg_block_bound *bound = round ? &search->bounds : NULL;
-    btg_block_make(search->part, piece, pieces, block);
-    search->nodes += block->count - 1;
-    if (!placed(search)) first_contact(search, block);
+    if (first) first_contact(search, block);
     if (round) bound_pieces(search, block, bound);
+    if (first && search->found) order_anew(search);
     unsigned left = btg_search_left(search, bound, btg_block_bits(block), true);
-    if (left) left = worth_cutting(search, block, bound, left);
+    if (left) left = worth_cutting(search, block, round, left);
     push_left(search, block, bound, NULL, left);
 }
 
@@ -326,33 +339,6 @@ static BTG_APART void give_up(btg_search *search) {
 
 /* ---- nodes -------------------------------------------------------------------------------- */
 
-/* Triangles of a leaf that are not clear at a glance wait by themselves. */
-static BTG_APART void push_triangles(btg_search *search, const uint32_t *triangle, uint32_t count) {
-    const btg_tool_element *e = &search->query.tool->element[0];
-    bool one = search->query.tool->element_count == 1, tilt = search->query.op == BTG_OP_TILT;
-    bool bounded = one && placed(search) && e->corner_radius_mm > 0;
-    size_t from = search->top;
-    for (uint32_t first = 0; first < count; first += BTG_BLOCK) {
-        uint32_t n = count - first < BTG_BLOCK ? count - first : BTG_BLOCK;
-        btg_block *block = &search->block;
-        btg_block_bound *bound = &search->bounds;
-        unsigned left = (1u << n) - 1;
-        search->nodes += n;
-        if (bounded) {
-            btg_block_of_triangles(search->part, triangle + first, n, block);
-            btg_block_bounds(block, e, &search->at, -search->tolerance, bound);
-            left = bound->deep | (tilt ? bound->high : 0);
-        }
-        for (; left; left &= left - 1) {
-            btg_piece piece;
-            uint32_t own = triangle[first + (uint32_t)btg_lowest_bit(left)];
-            btg_triangle_root(search->part->patch_count + own, &piece);
-            push_triangle(search, &piece);
-        }
-    }
-    order(search, from);
-}
-
 static void open_nodes(btg_search *search, const btg_node *const node[], uint32_t nodes) {
     const btg_tool_element *e = &search->query.tool->element[0];
     btg_block *block = &search->block;
@@ -372,43 +358,53 @@ static bool waits_node(const btg_search *search) {
     return search->top > 0 && search->stack[search->top - 1].node != BTG_NODE_NONE;
 }
 
-static bool waits_patch(const btg_search *search) {
+static bool waits_piece(const btg_search *search) {
     if (search->top == 0) return false;
     const btg_entry *e = &search->stack[search->top - 1];
-    return e->node == BTG_NODE_NONE && e->piece.item != BTG_CELL_MANY &&
-           !btg_is_triangle(search->part, e->piece.item);
+    return e->node == BTG_NODE_NONE && e->piece.item != BTG_CELL_MANY;
 }
 
-/* Looks at what is on top of the stack: nodes and pieces of patches two by two. Entries that are
- * taken are read before anything is pushed. */
+/* A leaf's triangles. */
+static void look_at_leaf(btg_search *search, const btg_entry *entry) {
+    const uint32_t *triangle = search->part->order + entry->piece.quarters;
+    uint32_t count = entry->count;
+    for (uint32_t first = 0; first < count; first += BTG_BLOCK) {
+        uint32_t n = count - first < BTG_BLOCK ? count - first : BTG_BLOCK;
+        btg_block_of_triangles(search->part, triangle + first, n, &search->block);
+        search->nodes += n;
+        open_block(search);
+    }
+}
+
+/* Looks at what is on top of the stack: nodes two by two, and pieces, both of patches or both of
+ * triangles. Entries that are taken are read before anything is pushed. */
 static void look_at_top(btg_search *search) {
     const btg_part *part = search->part;
     if (waits_node(search)) {
         const btg_node *node[2];
         uint32_t n = 0;
-        for (; n < 2 && waits_node(search); n++)
+        for (uint32_t most = placed(search) ? 2 : 1; n < most && waits_node(search); n++)
             node[n] = &part->nodes[search->stack[--search->top].node];
         search->nodes += n - 1;
         open_nodes(search, node, n);
         return;
     }
-    if (waits_patch(search)) {
-        const btg_piece *piece[2];
-        uint32_t n = 0;
-        for (; n < 2 && waits_patch(search); n++)
-            piece[n] = &search->stack[--search->top].piece;
-        search->nodes += n - 1;
-        open_pieces(search, piece, n);
+    if (!waits_piece(search)) {
+        look_at_leaf(search, &search->stack[--search->top]);
         return;
     }
-    const btg_entry *entry = &search->stack[--search->top];
-    if (entry->piece.item == BTG_CELL_MANY) {
-        push_triangles(search, part->order + entry->piece.quarters, entry->count);
-    } else {
-        btg_region region = {.radius = entry->radius};
-        btg_cell_of_triangle(part, &entry->piece, &region.cell);
-        if (!btg_search_clear(search, &region)) open_triangle(search, &region, &entry->piece);
+    const btg_piece *piece[2] = {&search->stack[--search->top].piece, NULL};
+    uint32_t n = 1;
+    if (waits_piece(search)) {
+        const btg_piece *next = &search->stack[search->top - 1].piece;
+        if (btg_is_triangle(part, next->item) == btg_is_triangle(part, piece[0]->item)) {
+            piece[n++] = next;
+            search->top--;
+        }
     }
+    btg_block_make(part, piece, n, &search->block);
+    search->nodes += n - 1 + search->block.count - 1;
+    open_block(search);
 }
 
 /* The best may have come from a polish that ran out of steps in a flat valley. */

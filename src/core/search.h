@@ -133,9 +133,11 @@ void btg_search_sheet_at_p(btg_search *search, const btg_region *region);
  * there (bounds.c). */
 bool btg_search_clear(btg_search *search, const btg_region *region);
 /* Of the pieces of search->block in `bits`, those that are not; with the bounds of their distances
- * to the cutter, NULL where it is sharp. `patch`: quarters, else children of nodes. */
+ * to the cutter, NULL where it is sharp. `pieces`: of items, else children of nodes. */
 unsigned btg_search_left(btg_search *search, const btg_block_bound *bound, unsigned bits,
-                         bool patch);
+                         bool pieces);
+/* Piece k of search->block by itself. */
+void btg_search_region(const btg_search *search, int k, bool pieces, btg_region *region);
 /* TILT: the region is so near P that the limits there speak for it; `at_the_end`: it will not be
  * cut any more, however deep it may be. (basin.c) */
 bool btg_search_left_to_p(btg_search *search, const btg_region *region, bool at_the_end);

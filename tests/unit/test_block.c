@@ -1,10 +1,10 @@
 /* Bounds of a block of pieces (core/block.c) against dense samples: points by the Bezier net,
  * distances by their definition. */
 #include "check.h"
-#include "core/block.h"
+#include "core/cell.h"
 #include "hard_parts.h"
 
-#define ROUNDS 900
+#define ROUNDS 600
 #define LEVELS 7
 #define GRID   25
 #define POSES  12
@@ -36,6 +36,13 @@ static btg_vec3 model_point(const btg_block *block, int k, double s, double t) {
     return vec_mad(p, btg_block_vector(&block->at.svv, k), 0.5 * t * t);
 }
 
+/* The grid's place number i: on the square, or on the half of it where s + t <= 0. */
+static void grid_place(const btg_block *block, int i, double *s, double *t) {
+    *s = side(i / GRID);
+    *t = side(i % GRID);
+    if (block->triangles) *t = -1 + 0.5 * (*t + 1) * (1 - *s);
+}
+
 /* The quadratic, the flat part of it and the ball hold piece k. */
 static void check_model(const sampled *of, int k) {
     const btg_block *b = &of->block;
@@ -44,7 +51,8 @@ static void check_model(const sampled *of, int k) {
     btg_vec3 sv = btg_block_vector(&b->at.sv, k);
     for (int i = 0; i < GRID * GRID; i++) {
         btg_vec3 p = of->point[k][i];
-        double s = side(i / GRID), t = side(i % GRID);
+        double s, t;
+        grid_place(b, i, &s, &t);
         error = max2(error, vec_norm(vec_sub(p, model_point(b, k, s, t))));
         bend = max2(bend, vec_norm(vec_sub(p, vec_mad(vec_mad(c, su, s), sv, t))));
         radius = max2(radius, vec_norm(vec_sub(p, c)));
@@ -166,33 +174,60 @@ static void check_patch(rng *r, int round) {
     btg_part_destroy(part);
 }
 
-/* Triangles stand for half of the block, which holds all of it. */
+static void sample_triangles(const btg_part *part, sampled *of) {
+    of->size = part->scale;
+    for (int k = 0; k < (int)of->block.count; k++) {
+        btg_vec3 c[3];
+        btg_triangle_corners(part, of->block.item[k] - part->patch_count, c);
+        for (int i = 0; i < GRID * GRID; i++) {
+            double s, t;
+            grid_place(&of->block, i, &s, &t);
+            btg_place at = btg_block_place(&of->block, k, s, t);
+            btg_vec3 p = vec_mad(c[0], vec_sub(c[1], c[0]), at.u);
+            of->point[k][i] = vec_mad(p, vec_sub(c[2], c[0]), at.v);
+        }
+        check_model(of, k);
+    }
+}
+
+/* The piece by itself is the same as in its block. */
+static void check_triangle_piece(const btg_part *part, const btg_block *block, int k,
+                                 const btg_piece *piece) {
+    btg_cell cell;
+    btg_cell_of_triangle(part, piece, &cell);
+    btg_vec3 a = btg_block_vector(&block->at.su, k), b = btg_block_vector(&block->at.sv, k);
+    btg_vec3 middle = vec_mad(btg_block_vector(&block->at.s, k), vec_add(a, b), -1.0 / 3);
+    double slack = ROUNDING * part->scale;
+    CHECK(vec_norm(vec_sub(middle, cell.centre)) <= slack);
+    CHECK(vec_norm(vec_sub(vec_scale(a, 2), cell.a)) <= slack);
+    CHECK(vec_norm(vec_sub(vec_scale(b, 2), cell.b)) <= slack);
+}
+
+/* Whole triangles, then pieces of two of them. */
 static void check_triangles(rng *r, int round) {
     model m = {0};
     hard_add_mesh(&m, r, (hard_mesh)(round % HARD_MESHES), 40);
     btg_part *part = model_part(&m);
     model_free(&m);
     static sampled of;
-    of.size = part->scale;
-    for (int n = 0; n < 4; n++) {
-        uint32_t triangle[BTG_BLOCK], count = 1 + (uint32_t)rng_pick(r, BTG_BLOCK);
-        for (int k = 0; k < BTG_BLOCK; k++)
-            triangle[k] = (uint32_t)rng_pick(r, (int)part->triangle_count);
-        btg_block_of_triangles(part, triangle, count, &of.block);
-        for (uint32_t k = 0; k < count; k++) {
-            btg_vec3 c[3];
-            btg_triangle_corners(part, triangle[k], c);
-            for (int i = 0; i < GRID * GRID; i++) {
-                double u = 0.5 + 0.5 * side(i / GRID), v = 0.5 + 0.5 * side(i % GRID);
-                btg_vec3 p = vec_mad(c[0], vec_sub(c[1], c[0]), u);
-                of.point[k][i] = vec_mad(p, vec_sub(c[2], c[0]), v);
-            }
-            check_model(&of, (int)k);
-        }
+    uint32_t triangle[BTG_BLOCK], count = 1 + (uint32_t)rng_pick(r, BTG_BLOCK);
+    for (int k = 0; k < BTG_BLOCK; k++)
+        triangle[k] = (uint32_t)rng_pick(r, (int)part->triangle_count);
+    btg_block_of_triangles(part, triangle, count, &of.block);
+    for (int level = 0; level < 4; level++) {
+        btg_piece piece[2];
+        const btg_piece *both[2] = {&piece[0], &piece[1]};
+        sample_triangles(part, &of);
         for (int i = 0; i < POSES; i++) {
             btg_tool tool = hard_tool(rng_pick(r, HARD_CUTTERS));
             check_pose(r, &of, &tool.element[0], i % 3 > 0);
         }
+        for (int p = 0; p < 2; p++) {
+            int k = rng_pick(r, (int)of.block.count);
+            btg_block_quarter(part, &of.block, k, &piece[p]);
+            check_triangle_piece(part, &of.block, k, &piece[p]);
+        }
+        btg_block_make(part, both, rng_pick(r, 4) > 0 ? 2 : 1, &of.block);
     }
     btg_part_destroy(part);
 }
