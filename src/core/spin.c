@@ -31,6 +31,8 @@
 
 /* Spins this close are one; a bracket that narrow holds a jump. */
 #define SAME_SPIN 1e-9
+/* Places this close, in parameters of a patch, are one contact. */
+#define SAME_PLACE 1e-8
 /* At right angles to the heading there is no |PQ| to go by. */
 #define COS_MIN 1e-3
 /* A value that changes across a bracket by that many times what any smooth piece would. */
@@ -44,7 +46,7 @@
 #define WIDEST_BRACKET (2 * SCAN_STEP)
 /* Steps toward the greatest value of a parabola: for a strip, and for the nearest spin where none
  * meets the aim. */
-#define POLISHES_WIDEST 4
+#define POLISHES_WIDEST 3
 #define POLISHES        2
 /* Widest: the spin need not be known better, its strip changes by less than a percent. */
 #define WIDEST_SPIN (0.5 * DEGREE)
@@ -137,6 +139,7 @@ static void judge_widest(const btg_spin_search *s, const btg_tilt_query *query,
     sample->value = found.width_mm;
     if (!(found.crest_mm > 0)) return;
     sample->crest = found.crest_mm / strip.scallop_mm;
+    sample->off_crest = log(sample->crest / CREST_AIM);
     btg_vec3 pq = vec_sub(tilt->contact.point, query->p.point);
     double stretch = sqrt(sqrt(CREST_AIM / sample->crest));
     sample->half = half_of(sample, pq, vec_norm(pq) * stretch);
@@ -367,7 +370,7 @@ static int branch_of(const btg_spin_sample *m, double heading) {
 static double remote(const btg_spin_sample *m, int number, double heading) {
     int of = branch_of(m, heading);
     double far = of == number ? 0 : of / 2 == number / 2 ? 2 : 3;
-    return fabs(log(m->crest / CREST_AIM)) + far;
+    return fabs(m->off_crest) + far;
 }
 
 /* The sample of a branch nearest to `low` whose crest is too high. */
@@ -384,11 +387,16 @@ static const btg_spin_sample *beyond_crest(const btg_spin_search *s, const btg_s
 
 static branch branch_look(const btg_spin_search *s, int number, double heading) {
     const btg_spin_sample *low = NULL, *high = NULL, *model = NULL;
+    double nearest = INFINITY;
     branch b = {NAN, INFINITY, false, false};
     for (uint32_t i = 0; i < s->count; i++) {
         const btg_spin_sample *m = &s->sample[i];
         if (isnan(m->half)) continue;
-        if (!model || remote(m, number, heading) < remote(model, number, heading)) model = m;
+        double away = remote(m, number, heading);
+        if (away < nearest) {
+            nearest = away;
+            model = m;
+        }
         if (branch_of(m, heading) != number) continue;
         b.own = true;
         if (at_crest(m)) b.settled = true;
@@ -398,14 +406,14 @@ static branch branch_look(const btg_spin_search *s, int number, double heading) 
     if (!model) return b;
     double middle = model->heading + (branch_of(model, heading) / 2 != number / 2 ? BTG_PI : 0);
     b.spin = wrap(middle + (number % 2 ? model->half : -model->half));
-    if (high) b.could = high->could * (1 + COULD_ERROR * log(high->crest / CREST_AIM));
+    if (high) b.could = high->could * (1 + COULD_ERROR * high->off_crest);
     if (low) b.could = low->could;
     if (low)
         high = beyond_crest(s, low, number, heading);
     else
         high = NULL;
     if (high && low->crest > CREST_NEAR) { /* by the logarithm, which is straighter */
-        double a = log(low->crest / CREST_AIM), c = log(high->crest / CREST_AIM);
+        double a = low->off_crest, c = high->off_crest;
         double share = fmin(fmax(a / (a - c), 0.1), 0.9);
         b.spin = wrap(low->alpha + wrap(high->alpha - low->alpha) * share);
         if (distance(low->alpha, high->alpha) < WIDEST_SPIN) b.settled = true;
@@ -588,18 +596,27 @@ static void drop_guesses(btg_spin_search *s) {
     s->count = kept;
 }
 
+/* What a guess was judged by is what is proven now. */
+static bool same_contact(const btg_spin_sample *m, const btg_tilt_result *result) {
+    btg_place a = m->q, b = result->contact.place;
+    bool two = m->has_q && result->status == BTG_OK;
+    return two && a.item == b.item && fabs(a.u - b.u) + fabs(a.v - b.v) <= SAME_PLACE;
+}
+
 void btg_spin_take(btg_spin_search *s, const btg_tilt_query *query, const btg_tilt_result *result,
                    bool guessed) {
     if (guessed && result->status != BTG_OK) {
         s->redo = true;
         return;
     }
-    btg_spin_sample sample = judge(s, query, result), *before = asked_before(s);
+    btg_spin_sample *before = asked_before(s), sample;
+    bool misled = before && fabs(before->tilt - result->tilt_rad) > SAME_SPIN;
+    bool same = before && !misled && same_contact(before, result);
+    sample = same ? *before : judge(s, query, result);
     sample.has_q = result->status == BTG_OK;
     sample.q = result->contact.place;
     sample.guessed = guessed;
     sample.tilt = result->tilt_rad;
-    bool misled = before && fabs(before->tilt - sample.tilt) > SAME_SPIN;
     if (before)
         *before = sample;
     else

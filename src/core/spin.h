@@ -18,15 +18,16 @@
 
 /* One spin that was tried. */
 typedef struct btg_spin_sample {
-    double alpha;   /* rad, -pi .. pi */
-    double value;   /* gap: |PQ| - gap, mm; across: angle off a right one, rad; widest: width, mm;
-                       NaN: no second contact */
-    double heading; /* direction of Q from P, as a spin: where Q lies under the tool's centre */
-    double half;    /* turn from the heading that should meet the aim; NaN: not known */
-    double crest;   /* widest: greatest clearance between P and Q, a part of the scallop */
-    double could;   /* widest: about the width there */
-    double tilt;    /* rad */
-    btg_place q;    /* of the second contact */
+    double alpha;     /* rad, -pi .. pi */
+    double value;     /* gap: |PQ| - gap, mm; across: angle off a right one, rad; widest: width, mm;
+                         NaN: no second contact */
+    double heading;   /* direction of Q from P, as a spin: where Q lies under the tool's centre */
+    double half;      /* turn from the heading that should meet the aim; NaN: not known */
+    double crest;     /* widest: greatest clearance between P and Q, a part of the scallop */
+    double off_crest; /* widest: the logarithm of that, from the crest aimed at */
+    double could;     /* widest: about the width there */
+    double tilt;      /* rad */
+    btg_place q;      /* of the second contact */
     bool has_q;
     bool guessed; /* by the way uphill from a neighbour's Q alone: a lower tilt may not be free */
 } btg_spin_sample;
