@@ -342,23 +342,42 @@ bool btg_ray_tool_limit(const btg_ray_query *query, double *value) {
 
 /* ---- distance ------------------------------------------------------------------------------ */
 
+/* A point in an element's half plane: x, z from the nearest point of what the corner rounds. */
+typedef struct profile {
+    btg_vec3 radial; /* away from the axis, r long */
+    double r, height, x, z;
+} profile;
+
+static profile profile_of(const btg_tool_element *e, const btg_placement *at, btg_vec3 s) {
+    btg_vec3 d = vec_sub(s, at->centre);
+    profile p = {.height = vec_dot(d, at->axis)};
+    p.radial = vec_mad(d, at->axis, -p.height);
+    p.r = vec_norm(p.radial);
+    p.x = p.r - e->ring_radius_mm;
+    p.z = p.height - e->from_mm;
+    if (!e->hollow && p.x < 0) p.x = 0;
+    if (p.z > 0) p.z = !at->swept && p.height > e->to_mm ? p.height - e->to_mm : 0;
+    return p;
+}
+
+double btg_ray_tool_gap(const btg_tool_element *e, const btg_placement *at, btg_vec3 s) {
+    profile p = profile_of(e, at, s);
+    double far2 = p.x * p.x + p.z * p.z;
+    if (far2 > 0) return sqrt(far2) - e->corner_radius_mm;
+    return btg_ray_tool_distance(e, *at, s).distance;
+}
+
 btg_ray_distance btg_ray_tool_distance(const btg_tool_element *e, btg_placement placement,
                                        btg_vec3 s) {
     btg_ray_distance out = {0};
-    btg_vec3 d = vec_sub(s, placement.centre);
-    double height = vec_dot(d, placement.axis);
-    btg_vec3 radial = vec_mad(d, placement.axis, -height);
-    double r = vec_norm(radial);
-    radial = r > 0 ? vec_scale(radial, 1 / r) : vec_perpendicular(placement.axis);
-    double x = r - e->ring_radius_mm, z = height - e->from_mm;
-    if (!e->hollow && x < 0) x = 0;
-    if (z > 0) z = !placement.swept && height > e->to_mm ? height - e->to_mm : 0;
-    double far = sqrt(x * x + z * z);
+    profile p = profile_of(e, &placement, s);
+    double r = p.r, x = p.x, z = p.z, far = sqrt(x * x + z * z);
+    btg_vec3 radial = r > 0 ? vec_scale(p.radial, 1 / r) : vec_perpendicular(placement.axis);
     out.distance = far - e->corner_radius_mm;
     if (far > 0) {
         out.normal = vec_add(vec_scale(radial, x / far), vec_scale(placement.axis, z / far));
     } else { /* inside: the nearer way out, down or sideways */
-        double side = e->ring_radius_mm - r, down = height - e->from_mm;
+        double side = e->ring_radius_mm - r, down = p.height - e->from_mm;
         if (e->hollow) side = down = 0;
         out.distance -= side < down ? side : down;
         out.normal = side < down ? radial : vec_scale(placement.axis, -1);

@@ -81,6 +81,10 @@ typedef struct btg_ray_distance {
 btg_ray_distance btg_ray_tool_distance(const btg_tool_element *element, btg_placement placement,
                                        btg_vec3 s);
 
+/* The distance alone. */
+double btg_ray_tool_gap(const btg_tool_element *element, const btg_placement *placement,
+                        btg_vec3 s);
+
 /* The tool placed where it meets s, and the distance there. */
 btg_ray_distance btg_ray_touch(const btg_ray_query *query, btg_vec3 s, const btg_ray_hit *hit,
                                btg_placement *placement);

@@ -23,8 +23,7 @@ size_t btg_search_stack_size(const btg_part *part) {
 static BTG_APART bool is_rounding(const btg_search *search, btg_vec3 point, uint32_t element) {
     const btg_ray_query *q = &search->query;
     return q->op == BTG_OP_TILT && vec_norm2(vec_sub(point, q->p)) < search->near_p2 &&
-           btg_ray_tool_distance(&q->tool->element[element], search->at, point).distance >=
-               -search->rounding;
+           btg_ray_tool_gap(&q->tool->element[element], &search->at, point) >= -search->rounding;
 }
 
 bool btg_search_offer(btg_search *search, double value, btg_place place, btg_vec3 point,
@@ -59,7 +58,7 @@ static double rank(const btg_search *search, btg_vec3 c, double radius) {
         double outside = r - e->ring_radius_mm - e->corner_radius_mm;
         return (outside > 0 ? outside : 0) - height - radius;
     }
-    return btg_ray_tool_distance(e, search->at, c).distance - radius;
+    return btg_ray_tool_gap(e, &search->at, c) - radius;
 }
 
 static btg_entry *push(btg_search *search, btg_vec3 centre, double radius) {
@@ -109,7 +108,7 @@ BTG_APART bool btg_search_start_gouges(const btg_search *search, btg_vec3 point,
     const btg_tool_element *e = &search->query.tool->element[element];
     btg_placement start = btg_ray_place(&search->query, 0);
     double most = element > 0 ? search->touch : search->gouge;
-    return -btg_ray_tool_distance(e, start, point).distance > most;
+    return -btg_ray_tool_gap(e, &start, point) > most;
 }
 
 /* ---- blocks ------------------------------------------------------------------------------- */
@@ -195,7 +194,7 @@ static BTG_APART bool find_cut(const btg_search *search, const btg_block *block,
     btg_surface_point s;
     btg_part_point(search->part, *at, &s);
     const btg_tool_element *e = &search->query.tool->element[0];
-    return btg_ray_tool_distance(e, search->at, s.s).distance < -enough;
+    return btg_ray_tool_gap(e, &search->at, s.s) < -enough;
 }
 
 /* Bounds of the block's pieces for the tool as placed; where one is cut into, the place is followed

@@ -42,6 +42,7 @@
 #define btg_ray_query_tilt             BTG_VARIANT_JOIN(btg_ray_query_tilt, BTG_VARIANT)
 #define btg_ray_ridge                  BTG_VARIANT_JOIN(btg_ray_ridge, BTG_VARIANT)
 #define btg_ray_tool_distance          BTG_VARIANT_JOIN(btg_ray_tool_distance, BTG_VARIANT)
+#define btg_ray_tool_gap               BTG_VARIANT_JOIN(btg_ray_tool_gap, BTG_VARIANT)
 #define btg_ray_touch                  BTG_VARIANT_JOIN(btg_ray_touch, BTG_VARIANT)
 #define btg_ray_tool_limit             BTG_VARIANT_JOIN(btg_ray_tool_limit, BTG_VARIANT)
 #define btg_search_clear               BTG_VARIANT_JOIN(btg_search_clear, BTG_VARIANT)
