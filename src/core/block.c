@@ -745,6 +745,7 @@ static ALWAYS_INLINE void corners_from(const btg_block *block, int i, const btg_
     bound->deep = (bound->deep & ~(all << i)) | lanes_less(low, lanes_all(enough)) << i;
 }
 
+/* Kernels stand apart, so that neither has the other's frame above it. */
 static BTG_APART void triangle_bounds(const btg_block *block, const btg_tool_element *e,
                                       const btg_placement *at, double enough,
                                       btg_block_bound *bound) {
@@ -754,14 +755,19 @@ static BTG_APART void triangle_bounds(const btg_block *block, const btg_tool_ele
     }
 }
 
+static BTG_APART void sheet_bounds(const btg_block *block, const btg_tool_element *e,
+                                   const btg_placement *at, double enough, btg_block_bound *bound) {
+    for (uint32_t i = 0; i < block->count; i += BTG_LANES)
+        bounds_from(block, (int)i, false, e, at, enough, bound);
+}
+
 void btg_block_bounds(const btg_block *block, const btg_tool_element *e, const btg_placement *at,
                       double enough, btg_block_bound *bound) {
     bound->deep = bound->high = 0;
     if (block->triangles)
         triangle_bounds(block, e, at, enough, bound);
     else
-        for (uint32_t i = 0; i < block->count; i += BTG_LANES)
-            bounds_from(block, (int)i, false, e, at, enough, bound);
+        sheet_bounds(block, e, at, enough, bound);
     bound->deep &= btg_block_bits(block);
     bound->high &= btg_block_bits(block);
 }

@@ -171,6 +171,12 @@ static ALWAYS_INLINE void evaluate_four(const btg_patch *patch, int four, const 
     }
 }
 
+/* Each apart, so that neither has the other's frame above it. */
+static BTG_APART void evaluate_first(const btg_patch *patch, const double *u, const double *v,
+                                     btg_surface_block *out) {
+    evaluate_four(patch, 0, u, v, out);
+}
+
 static BTG_APART void evaluate_second(const btg_patch *patch, const double *u, const double *v,
                                       btg_surface_block *out) {
     evaluate_four(patch, 1, u, v, out);
@@ -178,7 +184,7 @@ static BTG_APART void evaluate_second(const btg_patch *patch, const double *u, c
 
 void btg_patch_evaluate_block(const btg_patch *const patch[2], int fours, const double u[BTG_BLOCK],
                               const double v[BTG_BLOCK], btg_surface_block *out) {
-    evaluate_four(patch[0], 0, u, v, out);
+    evaluate_first(patch[0], u, v, out);
     bool done = BTG_LANES == 8 && patch[1] == patch[0];
     if (fours > 1 && !done) evaluate_second(patch[1], u, v, out);
 }
