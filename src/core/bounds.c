@@ -149,11 +149,14 @@ static figure_place least_in_triangle(const figure_form *f) {
 
 /* The plane of the cell itself: its normal from the tool outward, and its distance from all of the
  * element. At a sharp rim the distance has no curvature to look ahead by, but the cell's plane
- * leans against the rim. False: no such plane. */
+ * leans against the rim; `along_rim`: turned until it holds the rim's tangent nearest to the cell,
+ * for the rim falls off from that while it may cut into the plane of a cell that bends away.
+ * False: no such plane. */
 static BTG_APART bool own_plane(const btg_search *search, const btg_region *region,
                                 const btg_tool_element *e, const btg_ray_distance *d,
-                                btg_vec3 *normal, double *distance) {
+                                bool along_rim, btg_vec3 *normal, double *distance) {
     btg_vec3 n = vec_cross(region->cell.a, region->cell.b), c = region->cell.centre;
+    if (along_rim) n = vec_mad(n, d->ring_tangent, -vec_dot(n, d->ring_tangent));
     double length = vec_norm(n);
     if (!(length > 0)) return false;
     /* From outside a rim any side may be the right one: the one the tool is below. */
@@ -168,6 +171,19 @@ static BTG_APART bool own_plane(const btg_search *search, const btg_region *regi
     return true;
 }
 
+/* The plane of the cell, or the same along the rim, has it in front of the element as placed. */
+static bool clear_by_own_plane(const btg_search *search, const btg_region *region,
+                               const btg_tool_element *e, const btg_ray_distance *d) {
+    for (int along_rim = 0; along_rim < 2; along_rim++) {
+        btg_vec3 n;
+        double plane;
+        if (own_plane(search, region, e, d, along_rim, &n, &plane) &&
+            plane - btg_cell_reach(&region->cell, vec_scale(n, -1)) >= -search->tolerance)
+            return true;
+    }
+    return false;
+}
+
 /* The region does not reach into the element as placed. */
 static bool clear_as_placed(btg_search *search, const btg_region *region, uint32_t element) {
     const btg_tool_element *e = &search->query.tool->element[element];
@@ -178,12 +194,7 @@ static bool clear_as_placed(btg_search *search, const btg_region *region, uint32
     double low = bound_by_plane(search, region, e, &d, region->cell.centre);
     if (low >= -search->tolerance) return true;
     if (e->hollow && bound_by_extent(search, region, e) >= -search->tolerance) return true;
-    if (e->corner_radius_mm == 0) {
-        btg_vec3 n;
-        double plane;
-        return own_plane(search, region, e, &d, &n, &plane) &&
-               plane - btg_cell_reach(&region->cell, vec_scale(n, -1)) >= -search->tolerance;
-    }
+    if (e->corner_radius_mm == 0) return clear_by_own_plane(search, region, e, &d);
     /* Newton's way to the place where the tool is nearest: the tangent plane there leaves nothing
      * of the bound's error but the figure's own. */
     btg_ray_distance near = d;
@@ -256,10 +267,44 @@ static bool clear_by_turn(const btg_search *search, const btg_region *region, ui
     btg_ray_distance d = btg_ray_tool_distance(e, search->at, region->cell.centre);
     if (clear_by_turning_plane(search, region, d.normal, d.distance)) return true;
     if (clear_by_start_plane(search, region, e)) return true;
-    btg_vec3 n;
-    double plane;
-    return own_plane(search, region, e, &d, &n, &plane) &&
-           clear_by_turning_plane(search, region, n, plane);
+    for (int along_rim = 0; along_rim < 2; along_rim++) {
+        btg_vec3 n;
+        double plane;
+        if (own_plane(search, region, e, &d, along_rim, &n, &plane) &&
+            clear_by_turning_plane(search, region, n, plane))
+            return true;
+    }
+    return false;
+}
+
+/* TILT, the cutter: a plane that stands still has all of the turn behind it. The round disc reaches
+ * Ro (x + sqrt(x^2 + (n u)^2)) + Ri in front of o1, x = n v, which grows with x; x is a sine of the
+ * turn. */
+static bool clear_by_still_plane(const btg_search *search, const btg_region *region, btg_vec3 n) {
+    const btg_ray_query *q = &search->query;
+    const btg_tool_element *e = &q->tool->element[0];
+    double nv = vec_dot(n, q->v), nw = vec_dot(n, q->w), nu = vec_dot(n, q->u);
+    double s = sin(search->value), k = cos(search->value); /* value = - turn */
+    double most = max2(nv, nv * k + nw * s);
+    bool rises = -nw > 0, falls = nv * s - nw * k < 0;
+    if (rises && falls) most = norm2(nv, nw);
+    double reach = e->ring_radius_mm * (most + norm2(most, nu)) + e->corner_radius_mm;
+    double near = vec_dot(n, vec_sub(region->cell.centre, q->o));
+    return near - btg_cell_reach(&region->cell, vec_scale(n, -1)) - reach >= -search->tolerance;
+}
+
+/* The cell's own plane, or the same along the rim. */
+static BTG_APART bool clear_by_still_planes(const btg_search *search, const btg_region *region) {
+    const btg_tool_element *e = &search->query.tool->element[0];
+    btg_ray_distance d = btg_ray_tool_distance(e, search->at, region->cell.centre);
+    for (int along_rim = 0; along_rim < 2; along_rim++) {
+        btg_vec3 n;
+        double plane;
+        if (own_plane(search, region, e, &d, along_rim, &n, &plane) &&
+            clear_by_still_plane(search, region, n))
+            return true;
+    }
+    return false;
 }
 
 /* TILT, the cutter. */
@@ -270,7 +315,7 @@ static bool clear_of_cutter(btg_search *search, const btg_region *region) {
     if (height + region->radius <= 0) return clear_as_placed(search, region, 0);
     /* Above the equator before and after: on the way from one to the other as well. */
     if (height > region->radius && vec_dot(vec_sub(c, q->o), q->w) > region->radius) return true;
-    if (clear_by_ball(search, region, 0)) return true;
+    if (clear_by_ball(search, region, 0) || clear_by_still_planes(search, region)) return true;
     return !q->tool->element[0].hollow && clear_by_turn(search, region, 0);
 }
 

@@ -11,6 +11,9 @@
 /* Ten times the most that was seen, and far below the budget of a million. */
 #define NODES_MOST  30000
 #define RANDOM_FEET 1500
+/* The same for drops of a flat end mill. */
+#define FLAT_NODES_MOST 10000
+#define FLAT_FEET       300
 
 /* Feet whose tilt spent the whole budget once. */
 static const struct {
@@ -118,9 +121,39 @@ static void check_dome(void) {
     model_free(&m);
 }
 
+/* Drops of a flat end mill: its rim stands on the surface at one point, and no bend of the tool
+ * tells how its surroundings clear it. */
+static void check_flat(int number) {
+    model m = {0};
+    setting s;
+    btg_tool_def tool = btg_tool_def_default();
+    tool.profile = BTG_PROFILE_BULLNOSE;
+    tool.major_radius_mm = 10;
+    tool.minor_radius_mm = 0;
+    model_paper(&m, number);
+    open_setting(&s, &m);
+    if (btg_tool_init(&tool, &s.tool, NULL) != BTG_OK) exit(2);
+    rng r = rng_of(1, model_paper_name[number], 1);
+    for (int i = 0; i < FLAT_FEET; i++) {
+        double x = rng_range(&r, 0, 150), y = rng_range(&r, 0, 150);
+        btg_drop_query query = btg_position_drop_query(x, y);
+        btg_drop_result drop = {0};
+        btg_drop(s.part, &s.tool, &s.solver, &query, s.workspace, s.size, &drop);
+        if (drop.nodes > s.most) s.most = drop.nodes;
+        CHECK(drop.status == BTG_OK || drop.status == BTG_NO_CONTACT);
+        CHECK(drop.nodes < FLAT_NODES_MOST);
+    }
+    printf("%s, flat end mill: at most %u nodes a drop\n", model_paper_name[number],
+           (unsigned)s.most);
+    close_setting(&s);
+    model_free(&m);
+}
+
 int main(void) {
-    for (int i = 0; i < MODEL_PAPERS; i++)
+    for (int i = 0; i < MODEL_PAPERS; i++) {
         check_papers(i);
+        check_flat(i);
+    }
     check_dome();
     return check_result();
 }
