@@ -219,7 +219,9 @@ static void bound_pieces(btg_search *search, const btg_block *block, btg_block_b
 static double key_of(const btg_search *search, const btg_block *block, const btg_block_bound *bound,
                      int k) {
     if (!bound) return rank(search, btg_block_vector(&block->at.s, k), block->radius[k]);
-    if (placed(search)) return bound->low[k];
+    /* a ball that is clear by itself may have no other bounds */
+    double ball = bound->distance[k] - block->radius[k];
+    if (placed(search)) return ball >= -search->tolerance ? ball : bound->low[k];
     return max2(bound->distance[k], 0) - bound->height[k] - block->radius[k];
 }
 
