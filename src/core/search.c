@@ -197,17 +197,28 @@ static BTG_APART bool find_cut(const btg_search *search, const btg_block *block,
     return btg_ray_tool_gap(e, &search->at, s.s) < -enough;
 }
 
+/* Bounds by the pieces' balls alone. */
+static void bound_balls(const btg_search *search, const btg_block *block, btg_block_bound *bound) {
+    const btg_tool_element *e = &search->query.tool->element[0];
+    btg_block_bounds(block, e, &search->at, -INFINITY, bound);
+    for (uint32_t k = 0; k < block->count; k++)
+        if (bound->low[k] < -search->tolerance) bound->deep |= 1u << k;
+}
+
 /* Bounds of the block's pieces for the tool as placed; where one is cut into, the place is followed
  * and the tool placed anew. DROP, nothing met so far: the tool stands below all of the part, so
  * that pieces are cut into where they are in its shadow. */
 static void bound_pieces(btg_search *search, const btg_block *block, btg_block_bound *bound) {
     const btg_tool_element *e = &search->query.tool->element[0];
     double near = FIRST_POLISH * (e->ring_radius_mm + e->corner_radius_mm);
+    /* small ones only: in a sliver of the shadow's side no centre stands */
+    if (!placed(search) && block->radius[0] > near) {
+        bound_balls(search, block, bound);
+        return;
+    }
     for (int i = 0;; i++) {
         btg_block_bounds(block, e, &search->at, -search->tolerance, bound);
         btg_place at;
-        /* in a sliver of the shadow's side no centre stands */
-        if (!placed(search) && block->radius[0] > near) return;
         if (i == POLISHES || !find_cut(search, block, bound, &at)) return;
         double before = search->value;
         btg_search_polish(search, at);
@@ -349,7 +360,10 @@ static void open_nodes(btg_search *search, const btg_node *const node[], uint32_
     search->nodes += block->count - 1;
     for (uint32_t k = 0; k < block->count; k++)
         if (node[k / 4]->kind[k % 4] != BTG_CHILD_NONE) left |= 1u << k;
-    if (bound) btg_block_bounds(block, e, &search->at, -search->tolerance, bound);
+    if (bound && placed(search))
+        btg_block_bounds(block, e, &search->at, -search->tolerance, bound);
+    else if (bound)
+        bound_balls(search, block, bound);
     push_left(search, block, bound, node, btg_search_left(search, bound, left, false));
 }
 
