@@ -2,6 +2,9 @@
 #include "core/run.h"
 #include "core/search.h"
 
+#include <stddef.h>
+#include <string.h>
+
 /* The search's clearance is this part of the tolerance asked: what it leaves unexplored then
  * changes the answer by far less than the tolerance. */
 #define SEARCH_SHARE 1e-4
@@ -17,7 +20,9 @@ static btg_search *open_search(const btg_part *part, const btg_solver_def *solve
                                void *workspace) {
     uintptr_t align = _Alignof(btg_search), at = (uintptr_t)workspace;
     btg_search *search = (btg_search *)((char *)workspace + (align - at % align) % align);
-    *search = (btg_search){.part = part};
+    memset(search, 0, offsetof(btg_search, tail_room)); /* what follows is room */
+    search->part = part;
+    search->top = 0;
     search->stack = (btg_entry *)(search + 1);
     search->stack_size = btg_search_stack_size(part);
     search->budget = solver->node_budget;

@@ -86,6 +86,7 @@ typedef struct btg_search {
     double other_way; /* as btg_sheet's: of items that do not meet P */
     bool other_close;
 
+    /* from here on nothing holds before it is set */
     btg_tail_room tail_room;
     btg_block block; /* that is being looked at */
     btg_block_bound bounds;
