@@ -43,6 +43,7 @@ class Terminal(program.Case):
     def test_colours(self):
         words = ("path", self.part, "--forward-step", "20", "--max-tilt", "3")
         shown = self.on_terminal(*words)
+        self.assertEqual(self.code, 0, shown)
         self.assertIn("\x1b[1mpositions\x1b[0m ", shown)
         self.assertRegex(shown, "\x1b\\[33msingle-contact\x1b\\[0m")
         # The same table, but for the time it took.
