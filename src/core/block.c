@@ -245,8 +245,9 @@ void btg_block_of_triangles(const btg_part *part, const uint32_t *triangles, uin
                             btg_block *block) {
     begin_triangles(count, block);
     for (uint32_t k = 0; k < lanes_of(count); k++) {
-        uint32_t item = part->patch_count + triangles[k < count ? k : 0];
-        place_triangle(&(btg_piece){.hu = 1, .hv = 1, .item = item}, (int)k, block);
+        btg_piece whole;
+        btg_triangle_root(part->patch_count + triangles[k < count ? k : 0], &whole);
+        place_triangle(&whole, (int)k, block);
     }
     fetch_triangles(part, block);
 }

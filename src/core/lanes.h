@@ -13,12 +13,10 @@
 #define BTG_BLOCK   8
 #define BTG_ALIGNED _Alignas(64)
 
-#if defined(__GNUC__) && defined(__AVX512F__) && defined(__AVX512DQ__) && !defined(BTG_PLAIN_C)
+#if defined(__GNUC__) && defined(__AVX__) && !defined(BTG_PLAIN_C)
 #include <immintrin.h>
 
-#define BTG_LANES 8
-
-typedef __m512d lanes;
+/* One register each. */
 #define LANES_UNARY(name, a, expression)                                                           \
     static inline lanes name(lanes a) {                                                            \
         return expression;                                                                         \
@@ -27,6 +25,12 @@ typedef __m512d lanes;
     static inline lanes name(lanes a, lanes b) {                                                   \
         return expression;                                                                         \
     }
+#endif
+
+#if defined(__GNUC__) && defined(__AVX512F__) && defined(__AVX512DQ__) && !defined(BTG_PLAIN_C)
+#define BTG_LANES 8
+
+typedef __m512d lanes;
 static inline lanes lanes_load(const double *p) {
     return _mm512_loadu_pd(p);
 }
@@ -65,19 +69,9 @@ static inline unsigned lanes_less(lanes a, lanes b) {
 }
 
 #elif defined(__GNUC__) && defined(__AVX__) && !defined(BTG_PLAIN_C)
-#include <immintrin.h>
-
 #define BTG_LANES 4
 
 typedef __m256d lanes;
-#define LANES_UNARY(name, a, expression)                                                           \
-    static inline lanes name(lanes a) {                                                            \
-        return expression;                                                                         \
-    }
-#define LANES_BINARY(name, a, b, expression)                                                       \
-    static inline lanes name(lanes a, lanes b) {                                                   \
-        return expression;                                                                         \
-    }
 static inline lanes lanes_load(const double *p) {
     return _mm256_loadu_pd(p);
 }

@@ -68,12 +68,12 @@ static btg_entry *push(btg_search *search, btg_vec3 centre, double radius) {
     return e;
 }
 
-/* Puts the newest entries in order, nearest on top. */
-static void order(btg_search *search, size_t from) {
-    for (size_t i = from + 1; i < search->top; i++) {
+/* Puts all that waits in order, nearest on top. */
+static void order(btg_search *search) {
+    for (size_t i = 1; i < search->top; i++) {
         btg_entry moved = search->stack[i];
         size_t k = i;
-        for (; k > from && search->stack[k - 1].key < moved.key; k--)
+        for (; k > 0 && search->stack[k - 1].key < moved.key; k--)
             search->stack[k] = search->stack[k - 1];
         search->stack[k] = moved;
     }
@@ -90,7 +90,7 @@ static BTG_APART void order_anew(btg_search *search) {
         if (!one || e->key < -search->tolerance) search->stack[left++] = *e;
     }
     search->top = left;
-    order(search, 0);
+    order(search);
 }
 
 /* The walk's start: the roots of the tree. */
