@@ -55,13 +55,6 @@ static ALWAYS_INLINE form horner(const double *power, int n, int m, int coordina
     return (form){{p, pu, v, lanes_add(puu, puu), vu, lanes_add(w, w)}};
 }
 
-/* Known degrees unroll. */
-static ALWAYS_INLINE form evaluate(const btg_patch *patch, int coordinate, lanes s, lanes t) {
-    if (patch->degree_u == 3 && patch->degree_v == 3)
-        return horner(patch->power, 3, 3, coordinate, s, t);
-    return horner(patch->power, patch->degree_u, patch->degree_v, coordinate, s, t);
-}
-
 /* ---- one place ---------------------------------------------------------------------------- */
 
 static btg_vec3 head(const double h[4]) {
@@ -88,45 +81,57 @@ static btg_vec3 first_three(lanes a) {
     return head(h);
 }
 
-static BTG_APART void divide_out(const form *f, btg_surface_point *point) {
+static ALWAYS_INLINE form form_at(const btg_patch *patch, int n, int m, double u, double v) {
+    return horner(patch->power, n, m, -1, lanes_all(u - 0.5), lanes_all(v - 0.5));
+}
+
+static ALWAYS_INLINE void set_point(const form *f, const btg_patch *patch,
+                                    btg_surface_point *point) {
+    point->s = vec_add(first_three(f->d[0]), patch->origin);
+    point->su = first_three(f->d[1]);
+    point->sv = first_three(f->d[2]);
+    point->suu = first_three(f->d[3]);
+    point->suv = first_three(f->d[4]);
+    point->svv = first_three(f->d[5]);
+}
+
+/* Each apart, so that none has another's frame above it. */
+static BTG_APART void point_of_rational(const btg_patch *patch, double u, double v,
+                                        btg_surface_point *point) {
+    form f = form_at(patch, patch->degree_u, patch->degree_v, u, v);
     double h[6][4];
     for (int k = 0; k < 6; k++)
-        lanes_store_four(h[k], f->d[k]);
+        lanes_store_four(h[k], f.d[k]);
     quotient(h, point);
+    point->s = vec_add(point->s, patch->origin);
+}
+
+static BTG_APART void point_of_any(const btg_patch *patch, double u, double v,
+                                   btg_surface_point *point) {
+    form f = form_at(patch, patch->degree_u, patch->degree_v, u, v);
+    set_point(&f, patch, point);
+}
+
+static BTG_APART void point_of_bicubic(const btg_patch *patch, double u, double v,
+                                       btg_surface_point *point) {
+    form f = form_at(patch, 3, 3, u, v);
+    set_point(&f, patch, point);
 }
 
 void btg_patch_evaluate(const btg_patch *patch, double u, double v, btg_surface_point *point) {
-    form f = evaluate(patch, -1, lanes_all(u - 0.5), lanes_all(v - 0.5));
-    if (patch->rational) {
-        divide_out(&f, point);
-    } else {
-        point->s = first_three(f.d[0]);
-        point->su = first_three(f.d[1]);
-        point->sv = first_three(f.d[2]);
-        point->suu = first_three(f.d[3]);
-        point->suv = first_three(f.d[4]);
-        point->svv = first_three(f.d[5]);
-    }
-    point->s = vec_add(point->s, patch->origin);
+    if (patch->rational)
+        point_of_rational(patch, u, v, point);
+    else if (patch->degree_u == 3 && patch->degree_v == 3)
+        point_of_bicubic(patch, u, v, point);
+    else
+        point_of_any(patch, u, v, point);
 }
 
 /* ---- side by side ------------------------------------------------------------------------- */
 
-/* One coordinate of N/W and its derivatives. */
-static form divide(const form *n, const form *w) {
-    lanes k = lanes_div(lanes_all(1), w->d[0]), two = lanes_all(2);
-    form q;
-    q.d[0] = lanes_mul(n->d[0], k);
-    q.d[1] = lanes_mul(lanes_sub(n->d[1], lanes_mul(q.d[0], w->d[1])), k);
-    q.d[2] = lanes_mul(lanes_sub(n->d[2], lanes_mul(q.d[0], w->d[2])), k);
-    lanes uu = lanes_sub(n->d[3], lanes_mul(two, lanes_mul(q.d[1], w->d[1])));
-    lanes uv = lanes_sub(n->d[4], lanes_mul(q.d[1], w->d[2]));
-    uv = lanes_sub(uv, lanes_mul(q.d[2], w->d[1]));
-    lanes vv = lanes_sub(n->d[5], lanes_mul(two, lanes_mul(q.d[2], w->d[2])));
-    q.d[3] = lanes_mul(lanes_sub(uu, lanes_mul(q.d[0], w->d[3])), k);
-    q.d[4] = lanes_mul(lanes_sub(uv, lanes_mul(q.d[0], w->d[4])), k);
-    q.d[5] = lanes_mul(lanes_sub(vv, lanes_mul(q.d[0], w->d[5])), k);
-    return q;
+/* Coordinate c of S (k = 0) or of its derivative k, in the order of `form`: all stand in a row. */
+static ALWAYS_INLINE double *row_of(btg_surface_block *out, int k, int c) {
+    return ((lanes3_memory *)(void *)out)[k].at[c];
 }
 
 /* Where the lanes of one four of a block begin, and where they go. Eight lanes hold both fours: the
@@ -135,58 +140,101 @@ static form divide(const form *n, const form *w) {
 static ALWAYS_INLINE int first_of(int four) {
     return 4 * four;
 }
-static ALWAYS_INLINE void store(double *p, int four, lanes a) {
-    lanes_store(p + 4 * four, a);
+static ALWAYS_INLINE void store(const form *f, int four, int c, btg_surface_block *out) {
+    for (int k = 0; k < 6; k++)
+        lanes_store(row_of(out, k, c) + 4 * four, f->d[k]);
 }
 #else
 static ALWAYS_INLINE int first_of(int four) {
     (void)four;
     return 0;
 }
-static ALWAYS_INLINE void store(double *p, int four, lanes a) {
+static ALWAYS_INLINE void store(const form *f, int four, int c, btg_surface_block *out) {
     if (four == 0)
-        lanes_store(p, a);
+        for (int k = 0; k < 6; k++)
+            lanes_store(row_of(out, k, c), f->d[k]);
     else
-        lanes_store_upper(p, a);
+        for (int k = 0; k < 6; k++)
+            lanes_store_upper(row_of(out, k, c), f->d[k]);
 }
 #endif
 
-static ALWAYS_INLINE void evaluate_four(const btg_patch *patch, int four, const double *u,
-                                        const double *v, btg_surface_block *out) {
-    int first = first_of(four);
-    lanes half = lanes_all(0.5), s = lanes_sub(lanes_load(u + first), half);
-    lanes t = lanes_sub(lanes_load(v + first), half);
+static ALWAYS_INLINE lanes centred(const double *parameter, int four) {
+    return lanes_sub(lanes_load(parameter + first_of(four)), lanes_all(0.5));
+}
+
+/* One coordinate after the other: where the patch is rational, of N alone. */
+static ALWAYS_INLINE void evaluate_four(const btg_patch *patch, int n, int m, int four,
+                                        const double *u, const double *v, btg_surface_block *out) {
+    lanes s = centred(u, four), t = centred(v, four);
     const double origin[3] = {patch->origin.x, patch->origin.y, patch->origin.z};
-    form w;
-    if (patch->rational) w = evaluate(patch, 3, s, t);
     for (int c = 0; c < 3; c++) {
-        form f = evaluate(patch, c, s, t);
-        if (patch->rational) f = divide(&f, &w);
-        store(out->s.at[c], four, lanes_add(f.d[0], lanes_all(origin[c])));
-        store(out->su.at[c], four, f.d[1]);
-        store(out->sv.at[c], four, f.d[2]);
-        store(out->suu.at[c], four, f.d[3]);
-        store(out->suv.at[c], four, f.d[4]);
-        store(out->svv.at[c], four, f.d[5]);
+        form f = horner(patch->power, n, m, c, s, t);
+        if (!patch->rational) f.d[0] = lanes_add(f.d[0], lanes_all(origin[c]));
+        store(&f, four, c, out);
     }
 }
 
-/* Each apart, so that neither has the other's frame above it. */
-static BTG_APART void evaluate_first(const btg_patch *patch, const double *u, const double *v,
-                                     btg_surface_block *out) {
-    evaluate_four(patch, 0, u, v, out);
+/* Each apart, so that none has another's frame above it. */
+static BTG_APART void evaluate_bicubic(const btg_patch *patch, int four, const double *u,
+                                       const double *v, btg_surface_block *out) {
+    evaluate_four(patch, 3, 3, four, u, v, out);
 }
 
-static BTG_APART void evaluate_second(const btg_patch *patch, const double *u, const double *v,
-                                      btg_surface_block *out) {
-    evaluate_four(patch, 1, u, v, out);
+static BTG_APART void evaluate_any(const btg_patch *patch, int four, const double *u,
+                                   const double *v, btg_surface_block *out) {
+    evaluate_four(patch, patch->degree_u, patch->degree_v, four, u, v, out);
+}
+
+/* N/W and its derivatives from those of N and W, of that 1 / W; one coordinate. */
+static BTG_APART void divide(const form *w, double origin, int four, int c,
+                             btg_surface_block *out) {
+    lanes k = w->d[0], two = lanes_all(2);
+    form n, q;
+    for (int i = 0; i < 6; i++)
+        n.d[i] = lanes_load(row_of(out, i, c) + first_of(four));
+    q.d[0] = lanes_mul(n.d[0], k);
+    q.d[1] = lanes_mul(lanes_sub(n.d[1], lanes_mul(q.d[0], w->d[1])), k);
+    q.d[2] = lanes_mul(lanes_sub(n.d[2], lanes_mul(q.d[0], w->d[2])), k);
+    lanes uu = lanes_sub(n.d[3], lanes_mul(two, lanes_mul(q.d[1], w->d[1])));
+    lanes uv = lanes_sub(n.d[4], lanes_mul(q.d[1], w->d[2]));
+    uv = lanes_sub(uv, lanes_mul(q.d[2], w->d[1]));
+    lanes vv = lanes_sub(n.d[5], lanes_mul(two, lanes_mul(q.d[2], w->d[2])));
+    q.d[3] = lanes_mul(lanes_sub(uu, lanes_mul(q.d[0], w->d[3])), k);
+    q.d[4] = lanes_mul(lanes_sub(uv, lanes_mul(q.d[0], w->d[4])), k);
+    q.d[5] = lanes_mul(lanes_sub(vv, lanes_mul(q.d[0], w->d[5])), k);
+    q.d[0] = lanes_add(q.d[0], lanes_all(origin));
+    store(&q, four, c, out);
+}
+
+/* W and its derivatives, but 1 / W. */
+static BTG_APART void evaluate_weight(const btg_patch *patch, int four, const double *u,
+                                      const double *v, form *w) {
+    *w = horner(patch->power, patch->degree_u, patch->degree_v, 3, centred(u, four),
+                centred(v, four));
+    w->d[0] = lanes_div(lanes_all(1), w->d[0]);
+}
+
+static BTG_APART void divide_out_four(const btg_patch *patch, int four, const double *u,
+                                      const double *v, btg_surface_block *out) {
+    form w;
+    evaluate_weight(patch, four, u, v, &w);
+    divide(&w, patch->origin.x, four, 0, out);
+    divide(&w, patch->origin.y, four, 1, out);
+    divide(&w, patch->origin.z, four, 2, out);
 }
 
 void btg_patch_evaluate_block(const btg_patch *const patch[2], int fours, const double u[BTG_BLOCK],
                               const double v[BTG_BLOCK], btg_surface_block *out) {
-    evaluate_first(patch[0], u, v, out);
-    bool done = BTG_LANES == 8 && patch[1] == patch[0];
-    if (fours > 1 && !done) evaluate_second(patch[1], u, v, out);
+    bool both = BTG_LANES == 8 && patch[1] == patch[0];
+    for (int four = 0; four < (both ? 1 : fours); four++) {
+        const btg_patch *of = patch[four];
+        if (of->degree_u == 3 && of->degree_v == 3)
+            evaluate_bicubic(of, four, u, v, out);
+        else
+            evaluate_any(of, four, u, v, out);
+        if (of->rational) divide_out_four(of, four, u, v, out);
+    }
 }
 
 /* ---- any item ------------------------------------------------------------------------------ */
