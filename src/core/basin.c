@@ -12,15 +12,16 @@
  *
  * To a convex element the distance is at least that to its tangent plane at the nearest point: then
  * g and H are those of the surface alone. To a ring with a round corner more is known. With steps
- * x_n, x_m along the distance's gradient and along the meridian, and t along the ring, the
- * distance D to the circle is at least
+ * x_n, x_m along the distance's gradient and along the meridian, and t along the ring, a point is
+ * r = sqrt(r1^2 + t^2) off the axis, r1 = r0 + n_r x_n - n_z x_m, and the square of its distance D
+ * from the circle, (D0 + x_n)^2 + x_m^2 + t^2 - 2 Ro (r - r1), is at least
  *
- *     D0 + x_n + x_m^2 / (2 (D0 + way)) + k t^2 / 2,       k <= (r - Ro) / (D r) within `way`,
+ *     (D0 + x_n)^2 + x_m^2 + (1 - Ro / r1) t^2 + (1 - t^2 / (2 r1^2)) Ro t^4 / (4 r1^3).
  *
- * and k falls by no more than L a step in the meridian's plane; the product x_m t^2 that this makes
- * is paid for with a share of the meridian's own curvature. So the tool adds no cubic term
- * of its own: what is left of that comes from the surface's third derivatives and from its bend
- * sideways. */
+ * About r0, 1 / r1 makes of this a product x_m t^2, which is paid for with a share of x_m^2 and,
+ * for the rest, with next to all of t^4. So the tool adds no cubic term of its own: what is left of
+ * that comes from the surface's third derivatives and from its bend sideways. What is bounded by
+ * the polynomial is V = (D^2 - D0^2) / (2 D0), D0 + V - V^2 / D0 <= D for V from -D0 / 4 to 0. */
 #include "core/search.h"
 
 /* Parameters are measured by the speeds at the point of expansion. */
@@ -34,7 +35,7 @@ typedef struct expansion {
     double bend_m, bend_b; /* second derivatives along meridian and ring: largest */
     bool curved, solid;    /* to the ring, else to the plane; the ring is a solid's corner */
     double ring_distance, axis_distance, height, ring_radius; /* D0, r0, z0, Ro */
-    double ring_curvature;                                    /* k0 */
+    double out, up;                                           /* n_r, n_z */
 } expansion;
 
 /* The quadratic and cubic part of the bound. */
@@ -101,7 +102,8 @@ static bool expand(const btg_search *search, const btg_tool_element *e, uint32_t
     x->height = height - e->from_mm;
     x->ring_radius = e->ring_radius_mm;
     x->ring_distance = d.distance + e->corner_radius_mm;
-    x->ring_curvature = d.ring_curvature;
+    x->out = (x->axis_distance - x->ring_radius) / x->ring_distance;
+    x->up = x->height / x->ring_distance;
     return true;
 }
 
@@ -115,29 +117,46 @@ static double most(const span *p, double a, double b) {
     return min2(fabs(a) * p->u + fabs(b) * p->v, sqrt(a * a + b * b) * p->reach);
 }
 
-/* The ring's part of the bound (see above), a share of the meridian's curvature spent; false where
- * it does not hold that far. */
+/* The ring's part of the bound (see above), a share of x_m^2 spent; false where it does not hold
+ * that far. */
 static bool add_ring(const expansion *x, const span *p, double share, lower_bound *out) {
     double bow = 0.5 * p->reach * p->reach, third = x->m3 * p->reach;
     double bend_m = x->bend_m + third, bend_b = x->bend_b + third, second = x->m2 + third;
     double along = most(p, x->gu, x->gv) + bow * second;
-    double way = along + most(p, x->mu, x->mv) + bow * bend_m;
+    double across = most(p, x->mu, x->mv) + bow * bend_m;
     double aside = most(p, x->bu, x->bv) + bow * bend_b;
-    double r = x->axis_distance - way, ring = x->ring_distance - way, ro = x->ring_radius;
-    if (x->height + way > 0 || !(r > 0.25 * x->axis_distance) || !(ring > 0)) return false;
-    if (x->solid && r < ro) return false;
-    /* k rises with r where z^2 Ro >= (r - Ro)^3: then its least is on the way in, not aside */
-    double off = fabs(x->axis_distance - ro) + way, z = x->height + way;
-    if (z * z * ro < off * off * off) return false;
-    double l = (1 + off / r + off / ring) / (ring * r);
-    double c = 1 / (x->ring_distance + way), left = (1 - share) * c;
-    double k = x->ring_curvature - l * along - l * l * aside * aside / (4 * share * c);
+    double n_r = fabs(x->out), n_z = fabs(x->up), over = 1 / x->ring_distance;
+    double r = x->axis_distance - n_r * along - n_z * across; /* the least r1 */
+    if (x->height + n_z * along + n_r * across > 0 || !(r > 0.25 * x->axis_distance)) return false;
+    if (x->solid && r < x->ring_radius) return false;
+    double b = x->ring_radius / (x->axis_distance * x->axis_distance), bz = b * n_z;
+    double aside2 = aside * aside, r0 = x->axis_distance, off = n_r * along;
+    /* t^4: its own part about r0, what of it goes with x_m, what pays for the product x_m t^2 */
+    double bow4 = 0.25 * x->ring_radius / (r0 * r0 * r0), turn = 3 * bow4 / r0;
+    double spare = 0.25 * (1 - share), left = 1 - share - spare - 1.1 * bz * n_z * aside2 / r;
+    if (left < 0) return false;
+    double t4 = bow4 - 0.125 * x->ring_radius * aside2 / (r * r * r * r * r) - turn * off -
+                0.25 * (turn * n_z * aside2) * (turn * n_z * aside2) / spare;
+    t4 -= 0.25 * bz * bz / share;
+    double k = 1 - x->ring_radius / r0 - b * off * (1 + 11 * off / r) + aside2 * min2(t4, 0);
+    left *= over;
+    k *= over;
     out->huu += left * x->mu * x->mu + k * x->bu * x->bu;
     out->huv += left * x->mu * x->mv + k * x->bu * x->bv;
     out->hvv += left * x->mv * x->mv + k * x->bv * x->bv;
-    out->cubic += 0.5 * left * x->m1 * bend_m +
+    out->huu += over * x->gu * x->gu;
+    out->huv += over * x->gu * x->gv;
+    out->hvv += over * x->gv * x->gv;
+    out->cubic += 0.5 * over * norm2(x->gu, x->gv) * second + 0.5 * left * x->m1 * bend_m +
                   0.5 * fabs(k) * (x->m1 * bend_b + 0.25 * bend_b * bend_b * p->reach);
     return true;
+}
+
+/* The least distance where V, the polynomial's part of the bound, is at least that. */
+static double distance_from(const expansion *x, double v) {
+    if (!x->curved || v >= 0) return x->distance + v;
+    if (v < -0.25 * x->ring_distance) return -INFINITY;
+    return x->distance + v - v * v / x->ring_distance;
 }
 
 static bool bound_within(const expansion *x, const span *p, double share, lower_bound *out) {
@@ -169,7 +188,7 @@ static frame_box box_about(const btg_cell *cell, btg_place place, double speed_u
 /* How deep a basin may be, part of the clearance: a polish leaves slopes. */
 #define BASIN_SHARE 0.25
 /* Reaches that are tried: from the tool's size down by this, to this part of it. */
-#define REACH_STEP 0.65
+#define REACH_STEP 0.7
 #define REACH_MIN  4e-6
 
 /* Slopes at a contact: into the item at its edges, not below 0, and what is left of the others. */
@@ -191,24 +210,22 @@ static bool holds_at_share(const expansion *x, double reach, double share,
 }
 
 static bool basin_holds(const expansion *x, double reach, const basin_slopes *slope, double deep) {
-    return holds_at_share(x, reach, 0.85, slope, deep) ||
-           holds_at_share(x, reach, 0.4, slope, deep);
+    return holds_at_share(x, reach, 0.9, slope, deep) || holds_at_share(x, reach, 0.6, slope, deep);
 }
 
 static double widest_basin(const btg_tool_element *e) {
     return 0.5 * (e->ring_radius_mm + e->corner_radius_mm);
 }
 
-/* About where the ring's part of the bound uses up the curvature at the contact: a reach to start
- * from. */
+/* About where the share of x_m^2 uses up the curvature at the contact: a reach to start from. */
 static double likely_reach(const expansion *x) {
-    double c = 1 / x->ring_distance, k = x->ring_curvature;
+    double c = 1 / x->ring_distance, k = x->out / x->axis_distance;
     double uu = x->nuu + c * x->mu * x->mu + k * x->bu * x->bu;
     double uv = x->nuv + c * x->mu * x->mv + k * x->bu * x->bv;
     double vv = x->nvv + c * x->mv * x->mv + k * x->bv * x->bv;
     double least = 0.5 * (uu + vv) - norm2(0.5 * (uu - vv), uv);
-    double l = 1 / (x->ring_distance * x->axis_distance);
-    return least > 0 ? 3 * sqrt(4 * c * least) / l : INFINITY;
+    double b = x->ring_radius * fabs(x->up) / (x->axis_distance * x->axis_distance);
+    return least > 0 ? 6 * sqrt(least * x->ring_distance) / b : INFINITY;
 }
 
 btg_basin btg_basin_make(btg_search *search, btg_place place, uint32_t element) {
@@ -240,7 +257,7 @@ btg_basin btg_basin_make(btg_search *search, btg_place place, uint32_t element) 
     for (; basin.reach == 0; reach *= REACH_STEP)
         if (reach <= least || basin_holds(&x, reach, &slope, deep))
             basin.reach = max2(reach, least);
-    basin.deep = max2(-x.distance, 0) + deep;
+    basin.deep = max2(-distance_from(&x, -deep), 0);
     return basin;
 }
 
@@ -390,7 +407,7 @@ static double deep_by(const btg_search *search, btg_place at, const btg_surface_
         double least = 0.5 * (b.huu + b.hvv) - norm2(0.5 * (b.huu - b.hvv), b.huv);
         best = min2(best, max2(-0.5 * least * reach * reach, 0) + b.cubic * reach * reach * reach);
     }
-    return max2(-x.distance, 0) + down + best;
+    return max2(-distance_from(&x, -down - best), 0);
 }
 
 /* P is on a sharp rim: the tool stays behind every plane through P that leans between its bottom
@@ -512,11 +529,12 @@ static BTG_APART bool clear_from(const btg_search *search, const expansion *x, c
     double u, v;
     if (bound_within(x, &p, 0.5, &h)) {
         double error = h.cubic * p.reach * p.reach * p.reach;
-        if (x->distance + least_in_box(x, &h, b, &u, &v) - error >= -search->tolerance) return true;
+        double least = least_in_box(x, &h, b, &u, &v) - error;
+        if (distance_from(x, least) >= -search->tolerance) return true;
     }
     lower_bound taylor = {x->nuu, x->nuv, x->nvv, 0};
     if (x->curved) {
-        double c = 1 / x->ring_distance, k = x->ring_curvature;
+        double c = 1 / x->ring_distance, k = x->out / x->axis_distance;
         taylor.huu += c * x->mu * x->mu + k * x->bu * x->bu;
         taylor.huv += c * x->mu * x->mv + k * x->bu * x->bv;
         taylor.hvv += c * x->mv * x->mv + k * x->bv * x->bv;
