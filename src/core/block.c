@@ -49,18 +49,16 @@ static const float third_scale[3][4] = {{0.125f, 0.125f, 0.125f, 0.125f},
                                         {1.0f / 64, 1.0f / 16, 0.25f, 1},
                                         {1, 0.25f, 1.0f / 16, 1.0f / 64}};
 
-/* Bounds of the pieces' third derivatives, in units of their half sides. */
-typedef struct thirds {
-    BTG_ALIGNED double uuu[BTG_BLOCK], uuv[BTG_BLOCK], uvv[BTG_BLOCK], vvv[BTG_BLOCK];
-} thirds;
-
-static void set_thirds(const btg_part *part, const btg_piece *piece, int first, thirds *to) {
-    double *out[4] = {to->uuu + first, to->uuv + first, to->uvv + first, to->vvv + first};
+/* Bounds of the quarters' third derivatives, in units of their half sides: until they are measured
+ * they wait where the last thing that is made of them will stand. */
+static void set_thirds(const btg_part *part, const btg_piece *piece, int first, btg_block *block) {
+    double *out[4] = {block->side_u2, block->bend, block->side_v2, block->radius};
     const float *scale = third_scale[piece->cut];
     for (int i = 0; i < 4; i++)
         for (int k = 0; k < 4; k++)
-            out[i][k] = (double)(piece->quarters ? part->quarters[piece->quarters].third[i][k]
-                                                 : scale[i] * piece->third[i]);
+            out[i][first + k] =
+                (double)(piece->quarters ? part->quarters[piece->quarters].third[i][k]
+                                         : scale[i] * piece->third[i]);
 }
 
 /* Parameters of the quarters, from number `first` on. */
@@ -142,8 +140,9 @@ static ALWAYS_INLINE lanes3 scale(lanes3_memory *v, int i, lanes by) {
     return scaled;
 }
 
-/* Derivatives from number i on in units of half sides, and how far the pieces reach. */
-static ALWAYS_INLINE void measure(const thirds *t, lanes rounding, int i, btg_block *block) {
+/* Derivatives from number i on in units of half sides, and how far the pieces reach; error holds
+ * the rounding of their points. */
+static ALWAYS_INLINE void measure(int i, btg_block *block) {
     lanes hu = lanes_load(block->hu + i), hv = lanes_load(block->hv + i);
     lanes uu2 = norm2_of(scale(&block->at.suu, i, lanes_mul(hu, hu)));
     lanes uv2 = norm2_of(scale(&block->at.suv, i, lanes_mul(hu, hv)));
@@ -152,8 +151,10 @@ static ALWAYS_INLINE void measure(const thirds *t, lanes rounding, int i, btg_bl
     lanes3 a = scale(&block->at.su, i, hu), b = scale(&block->at.sv, i, hv);
     lanes over = lanes_all(1 + 1e-12), half = lanes_all(0.5), three = lanes_all(3);
     lanes sixth = lanes_all((1 + 1e-12) / 6);
-    lanes third_u = lanes_mad(lanes_load(t->uuu + i), three, lanes_load(t->uuv + i));
-    lanes third_v = lanes_mad(lanes_load(t->vvv + i), three, lanes_load(t->uvv + i));
+    lanes uuu = lanes_load(block->side_u2 + i), uuv = lanes_load(block->bend + i);
+    lanes uvv = lanes_load(block->side_v2 + i), vvv = lanes_load(block->radius + i);
+    lanes rounding = lanes_load(block->error + i);
+    lanes third_u = lanes_mad(uuu, three, uuv), third_v = lanes_mad(vvv, three, uvv);
     third_u = lanes_mul(third_u, sixth);
     third_v = lanes_mul(third_v, sixth);
     lanes error = lanes_add(lanes_add(third_u, third_v), rounding);
@@ -167,6 +168,11 @@ static ALWAYS_INLINE void measure(const thirds *t, lanes rounding, int i, btg_bl
     lanes_store(block->error + i, error);
     lanes_store(block->bend + i, bend);
     lanes_store(block->radius + i, lanes_mad(bend, diagonal, over));
+}
+
+static BTG_APART void measure_patches(btg_block *block) {
+    for (uint32_t i = 0; i < block->count; i += BTG_LANES)
+        measure((int)i, block);
 }
 
 /* Lanes that hold no piece hold numbers all the same. */
@@ -252,8 +258,8 @@ void btg_block_of_triangles(const btg_part *part, const uint32_t *triangles, uin
     fetch_triangles(part, block);
 }
 
-static void cut_triangles(const btg_part *part, const btg_piece *const piece[], uint32_t pieces,
-                          btg_block *block) {
+static BTG_APART void cut_triangles(const btg_part *part, const btg_piece *const piece[],
+                                    uint32_t pieces, btg_block *block) {
     btg_piece quarter[4];
     begin_triangles(4 * pieces, block);
     for (uint32_t k = 0; k < lanes_of(4 * pieces); k++) {
@@ -263,11 +269,9 @@ static void cut_triangles(const btg_part *part, const btg_piece *const piece[], 
     fetch_triangles(part, block);
 }
 
-static void cut_patches(const btg_part *part, const btg_piece *const piece[], uint32_t pieces,
-                        btg_block *block) {
+static BTG_APART void cut_patches(const btg_part *part, const btg_piece *const piece[],
+                                  uint32_t pieces, btg_block *block) {
     const btg_patch *patch[2] = {NULL, NULL};
-    BTG_ALIGNED double rounding[BTG_BLOCK];
-    thirds third;
     block->count = 4 * pieces;
     block->triangles = false;
     block->turned = 0;
@@ -277,15 +281,14 @@ static void cut_patches(const btg_part *part, const btg_piece *const piece[], ui
         patch[p] = &part->patches[whole->item];
         block->whole[p] = *whole;
         place_quarters(whole, first, block);
-        set_thirds(part, whole, first, &third);
+        set_thirds(part, whole, first, block);
         for (int k = 0; k < 4; k++) {
             block->item[first + k] = whole->item;
-            rounding[first + k] = patch[p]->rounding;
+            block->error[first + k] = patch[p]->rounding;
         }
     }
     btg_patch_evaluate_block(patch, (int)pieces, block->u, block->v, &block->at);
-    for (uint32_t i = 0; i < block->count; i += BTG_LANES)
-        measure(&third, lanes_load(rounding + i), (int)i, block);
+    measure_patches(block);
 }
 
 void btg_block_make(const btg_part *part, const btg_piece *const piece[], uint32_t pieces,

@@ -19,22 +19,23 @@ static void offer_limit(btg_search *search, double value) {
 }
 
 /* The limit of an item at its own place nearest to P. */
-static void offer_sheet(btg_search *search, btg_place place) {
-    btg_surface_point s;
-    btg_part_point(search->part, place, &s);
+static BTG_APART void offer_sheet(btg_search *search, btg_place place) {
+    btg_surface_point *s = &search->here;
+    btg_part_point(search->part, place, s);
     if (search->sheet_count < BTG_SHEETS_MAX)
         search->sheet[search->sheet_count++] =
-            (btg_sheet){.place = place, .speed_u = vec_norm(s.su), .speed_v = vec_norm(s.sv)};
+            (btg_sheet){.place = place, .speed_u = vec_norm(s->su), .speed_v = vec_norm(s->sv)};
     double near = ON_EDGE * sqrt(search->query.p_clearance2);
-    double tu = near / (vec_norm(s.su) + near), tv = near / (vec_norm(s.sv) + near);
+    double tu = near / (vec_norm(s->su) + near), tv = near / (vec_norm(s->sv) + near);
     bool triangle = place.item >= search->part->patch_count;
     bool edge_u = place.u < tu || (!triangle && place.u > 1 - tu);
     bool edge_v = place.v < tv || (!triangle && place.v > 1 - tv);
     double value;
-    if (btg_ray_osculating(&search->query, &s, edge_u, edge_v, &value)) offer_limit(search, value);
+    if (btg_ray_osculating(&search->query, s, edge_u, edge_v, &value)) offer_limit(search, value);
     if (triangle && place.u + place.v > 1 - min2(tu, tv)) {
-        btg_surface_point side = {.s = s.s, .su = vec_sub(s.su, s.sv)};
-        if (btg_ray_osculating(&search->query, &side, false, true, &value))
+        btg_surface_point *side = &search->there;
+        *side = (btg_surface_point){.s = s->s, .su = vec_sub(s->su, s->sv)};
+        if (btg_ray_osculating(&search->query, side, false, true, &value))
             offer_limit(search, value);
     }
 }
@@ -45,74 +46,94 @@ static double part_inside(double x, double step) {
     return way > room ? room / way : 1;
 }
 
+/* The direction of a sheet's limit at P, in its parameters for 1 mm. */
+typedef struct ridge {
+    double u, v;
+    double near_u, near_v; /* an edge so near P may have the top on it */
+    double side;           /* 1 or -1: uphill */
+} ridge;
+
 /* The place a step along the ridge from P, in mm, or as far as the patch goes, and its value. The
  * step's length; 0 where there is none or no ray meets the tool. */
-static double along_ridge(const btg_search *search, btg_place p, const double ridge[2], double step,
-                          btg_place *at, double *value) {
-    btg_surface_point s;
+static BTG_APART double along_ridge(btg_search *search, btg_place p, const ridge *r, double step,
+                                    btg_place *at, double *value) {
+    btg_surface_point *s = &search->here;
     btg_ray_hit hit;
-    double inside = min2(part_inside(p.u, step * ridge[0]), part_inside(p.v, step * ridge[1]));
-    *at = (btg_place){p.item, p.u + inside * step * ridge[0], p.v + inside * step * ridge[1]};
+    double inside = min2(part_inside(p.u, step * r->u), part_inside(p.v, step * r->v));
+    *at = (btg_place){p.item, p.u + inside * step * r->u, p.v + inside * step * r->v};
     at->u = min2(max2(at->u, 0), 1);
     at->v = min2(max2(at->v, 0), 1);
     if (!(inside > 0)) return 0;
-    btg_part_point(search->part, *at, &s);
-    if (!btg_ray_cast(&search->query, s.s, &hit)) return 0;
+    btg_part_point(search->part, *at, s);
+    if (!btg_ray_cast(&search->query, s->s, &hit)) return 0;
     *value = hit.value;
     return inside * fabs(step);
 }
 
 /* Where the patch ends near P the top may be on its edge, aside of the ridge: from where that meets
  * the edge, or would behind the next one. */
-static void climb_edges(btg_search *search, btg_place from, const btg_surface_point *p,
-                        const double ridge[2], double near) {
-    double u[2] = {-from.u, 1 - from.u}, v[2] = {-from.v, 1 - from.v};
-    double near_u = near / vec_norm(p->su), near_v = near / vec_norm(p->sv);
+static void climb_edges(btg_search *search, btg_place from, const ridge *r) {
     for (int i = 0; i < 2; i++) {
-        if (fabs(u[i]) < near_u && ridge[0] != 0) {
-            double aside = from.v + u[i] / ridge[0] * ridge[1];
+        double u = i - from.u, v = i - from.v;
+        if (fabs(u) < r->near_u && r->u != 0) {
+            double aside = from.v + u / r->u * r->v;
             btg_search_polish(search, (btg_place){from.item, i, min2(max2(aside, 0), 1)});
         }
-        if (fabs(v[i]) < near_v && ridge[1] != 0) {
-            double aside = from.u + v[i] / ridge[1] * ridge[0];
+        if (fabs(v) < r->near_v && r->v != 0) {
+            double aside = from.u + v / r->v * r->u;
             btg_search_polish(search, (btg_place){from.item, min2(max2(aside, 0), 1), i});
         }
     }
 }
 
-/* Where the tilt is nearly osculating the value rises from P along the direction of its limit, the
- * ridge, by less than the walk's clearance shows. Its slope there has opposite signs on both
- * sides: one of them leads uphill. */
-static void climb_ridge(btg_search *search, btg_place from) {
-    double ridge[2], limit, low = 0, high = 0;
-    btg_place at, best;
-    btg_surface_point p;
-    if (btg_is_triangle(search->part, from.item)) return;
-    btg_part_point(search->part, from, &p);
-    if (!btg_ray_ridge(&search->query, &p, ridge, &limit)) return;
-    double size = btg_ray_insert_size(search->query.tool), t = ridge_steps[0] * size;
-    double left = along_ridge(search, from, ridge, -t, &at, &low);
-    double right = along_ridge(search, from, ridge, t, &best, &high);
+/* The ridge out of P; false: there is none, or nothing on it that can beat the best. The value's
+ * slope there has opposite signs on both sides: one of them leads uphill. */
+static BTG_APART bool find_ridge(btg_search *search, btg_place from, ridge *r) {
+    double way[2], limit, low = 0, high = 0;
+    btg_place at;
+    btg_surface_point *p = &search->here;
+    btg_part_point(search->part, from, p);
+    if (!btg_ray_ridge(&search->query, p, way, &limit)) return false;
+    double t = ridge_steps[0] * btg_ray_insert_size(search->query.tool);
+    *r = (ridge){way[0], way[1], t / vec_norm(p->su), t / vec_norm(p->sv), 0};
+    double left = along_ridge(search, from, r, -t, &at, &low);
+    double right = along_ridge(search, from, r, t, &at, &high);
     double slope = 0;
-    if (!(left > 0 || right > 0)) return;
+    if (!(left > 0 || right > 0)) return false;
     if (left > 0) slope += (limit - low) / left;
     if (right > 0) slope += (high - limit) / right;
     if (left > 0 && right > 0) slope *= 0.5;
+    r->side = slope > 0 ? 1 : -1;
     const btg_tool_element *e = &search->query.tool->element[0];
     double radius = e->ring_radius_mm + e->corner_radius_mm;
     double unseen = sqrt(2 * radius * search->tolerance / RISE_SEEN) + t;
-    if (search->value > limit + RISE_MOST * fabs(slope) * unseen) return;
-    climb_edges(search, from, &p, ridge, t);
-    double side = slope > 0 ? 1 : -1, most = -INFINITY;
+    return !(search->value > limit + RISE_MOST * fabs(slope) * unseen);
+}
+
+/* The best of a few places up the ridge; false: none. */
+static BTG_APART bool best_on_ridge(btg_search *search, btg_place from, const ridge *r,
+                                    btg_place *best) {
+    double size = btg_ray_insert_size(search->query.tool), most = -INFINITY;
     for (size_t i = 0; i < sizeof ridge_steps / sizeof *ridge_steps; i++) {
+        btg_place at;
         double value, step = ridge_steps[i] * size;
-        double way = along_ridge(search, from, ridge, side * step, &at, &value);
+        double way = along_ridge(search, from, r, r->side * step, &at, &value);
         if (!(way > 0 && value > most)) break;
         most = value;
-        best = at;
+        *best = at;
         if (way < step) break; /* there the patch ends */
     }
-    if (most > -INFINITY) btg_search_polish(search, best);
+    return most > -INFINITY;
+}
+
+/* Where the tilt is nearly osculating the value rises from P along the direction of its limit, the
+ * ridge, by less than the walk's clearance shows. */
+static void climb_ridge(btg_search *search, btg_place from) {
+    ridge r;
+    btg_place best;
+    if (btg_is_triangle(search->part, from.item) || !find_ridge(search, from, &r)) return;
+    climb_edges(search, from, &r);
+    if (best_on_ridge(search, from, &r, &best)) btg_search_polish(search, best);
 }
 
 void btg_search_climb_ridges(btg_search *search) {
@@ -138,13 +159,13 @@ static btg_place hold(const btg_search *search, btg_place at) {
 }
 
 /* Nearest place to P on the item, from one close by: Gauss and Newton, side by side. */
-static double nearest_to_p(const btg_search *search, btg_place *at) {
-    btg_surface_point s;
+static BTG_APART double nearest_to_p(btg_search *search, btg_place *at) {
+    btg_surface_point *s = &search->here;
     for (int i = 0; i < 20; i++) {
-        btg_part_point(search->part, *at, &s);
-        btg_vec3 d = vec_sub(search->query.p, s.s);
-        double uu = vec_norm2(s.su), vv = vec_norm2(s.sv), uv = vec_dot(s.su, s.sv);
-        double gu = vec_dot(d, s.su), gv = vec_dot(d, s.sv), det = uu * vv - uv * uv;
+        btg_part_point(search->part, *at, s);
+        btg_vec3 d = vec_sub(search->query.p, s->s);
+        double uu = vec_norm2(s->su), vv = vec_norm2(s->sv), uv = vec_dot(s->su, s->sv);
+        double gu = vec_dot(d, s->su), gv = vec_dot(d, s->sv), det = uu * vv - uv * uv;
         btg_place next = *at;
         if (det > 1e-12 * uu * vv) {
             next.u += (vv * gu - uv * gv) / det;
@@ -164,8 +185,8 @@ static double nearest_to_p(const btg_search *search, btg_place *at) {
         *at = next;
         if (still) break;
     }
-    btg_part_point(search->part, *at, &s);
-    return vec_norm(vec_sub(search->query.p, s.s));
+    btg_part_point(search->part, *at, s);
+    return vec_norm(vec_sub(search->query.p, s->s));
 }
 
 bool btg_search_may_reach_p(const btg_search *search, btg_vec3 centre, double radius) {

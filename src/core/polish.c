@@ -15,52 +15,70 @@ static bool look(const btg_search *search, btg_place place, btg_surface_point *s
     return btg_ray_cast(&search->query, s->s, hit);
 }
 
-void btg_search_polish(btg_search *search, btg_place from) {
-    btg_place at = from;
-    btg_surface_point *s = &search->here, *t = &search->there;
+/* Where a way uphill has come to. */
+typedef struct climber {
+    btg_place at;
+    btg_surface_point *s, *other; /* there; room for the next */
     btg_ray_hit hit;
-    if (!look(search, at, s, &hit)) return;
+    double last;  /* length of the step before */
+    bool settled; /* the last step was a true one, and as short as counts */
+} climber;
+
+static BTG_APART void plan_step(const btg_search *search, const climber *c, btg_step *step) {
+    btg_placement tool;
+    btg_ray_distance d = btg_ray_touch(&search->query, c->s->s, &c->hit, &tool);
+    btg_step_make(search, c->at, c->s, &tool, &d, step);
+}
+
+/* One step; false: none leads up from here. */
+static bool step_up(const btg_search *search, climber *c) {
     double shortest = STEP_MIN * search->part->scale, near = STEP_NEAR * search->part->scale;
     double rounding = search->query.op == BTG_OP_DROP ? 4e-15 * search->part->scale : 1e-14;
-    double last = INFINITY; /* length of the step before */
-    bool settled = false;
-    for (int step = 0; step < STEPS_MAX; step++) {
-        btg_placement tool;
-        btg_ray_distance d = btg_ray_touch(&search->query, s->s, &hit, &tool);
-        btg_step way;
-        btg_step_make(search, at, s, &tool, &d, &way);
-        bool newton = way.newton, better = false;
-        double part = 1;
-        for (int half = 0; half < HALVES_MAX && !better; half++, part *= 0.5) {
-            btg_place next = btg_step_move(search, at, &way, part);
-            btg_ray_hit other;
-            double length = fabs(next.u - at.u) * way.speed_u + fabs(next.v - at.v) * way.speed_v;
-            if (length < shortest) {
-                settled = newton;
-                break;
-            }
-            if (!look(search, next, t, &other)) continue;
-            /* The value is flat on top: its last digits say nothing when a step still halves the
-             * distance to the contact. */
-            bool closing =
-                newton && half == 0 && length < 0.5 * last && other.value > hit.value - rounding;
-            if (!closing && fabs(other.value - hit.value) <= rounding) {
-                settled = newton && length < near;
-                break;
-            }
-            if (!closing && other.value < hit.value) continue;
-            last = length;
-            at = next;
-            btg_surface_point *swap = s;
-            s = t;
-            t = swap;
-            hit = other;
-            better = true;
+    btg_step way;
+    plan_step(search, c, &way);
+    double part = 1;
+    for (int half = 0; half < HALVES_MAX; half++, part *= 0.5) {
+        btg_place next = btg_step_move(search, c->at, &way, part);
+        btg_ray_hit hit;
+        double length = fabs(next.u - c->at.u) * way.speed_u + fabs(next.v - c->at.v) * way.speed_v;
+        if (length < shortest) {
+            c->settled = way.newton;
+            return false;
         }
-        if (!better) break;
+        if (!look(search, next, c->other, &hit)) continue;
+        /* The value is flat on top: its last digits say nothing when a step still halves the
+         * distance to the contact. */
+        bool closing = way.newton && half == 0 && length < 0.5 * c->last &&
+                       hit.value > c->hit.value - rounding;
+        if (!closing && fabs(hit.value - c->hit.value) <= rounding) {
+            c->settled = way.newton && length < near;
+            return false;
+        }
+        if (!closing && hit.value < c->hit.value) continue;
+        c->last = length;
+        c->at = next;
+        c->hit = hit;
+        btg_surface_point *swap = c->s;
+        c->s = c->other;
+        c->other = swap;
+        return true;
     }
-    if (btg_search_offer(search, hit.value, at, s->s, hit.element, false))
-        search->settled = settled;
-    if (search->query.tool->element[hit.element].corner_radius_mm == 0)
-        btg_search_polish_rim(search, at, hit.element);
+    return false;
+}
+
+/* The climb stands apart, so that the rim's is not below its frame. */
+static BTG_APART bool climb(btg_search *search, climber *c) {
+    if (!look(search, c->at, c->s, &c->hit)) return false;
+    for (int step = 0; step < STEPS_MAX && step_up(search, c); step++)
+        ;
+    return true;
+}
+
+void btg_search_polish(btg_search *search, btg_place from) {
+    climber c = {.at = from, .s = &search->here, .other = &search->there, .last = INFINITY};
+    if (!climb(search, &c)) return;
+    if (btg_search_offer(search, c.hit.value, c.at, c.s->s, c.hit.element, false))
+        search->settled = c.settled;
+    if (search->query.tool->element[c.hit.element].corner_radius_mm == 0)
+        btg_search_polish_rim(search, c.at, c.hit.element);
 }

@@ -33,17 +33,17 @@ static double rim_radius(const btg_ray_query *q, btg_vec3 s, btg_vec3 *tangent) 
     return sqrt(su * su + x * x);
 }
 
-static rim_gap gap_at(const btg_search *search, double radius, btg_place at) {
-    btg_surface_point s;
+static BTG_APART rim_gap gap_at(btg_search *search, double radius, btg_place at) {
+    btg_surface_point *s = &search->here;
     btg_vec3 tangent;
-    btg_part_point(search->part, at, &s);
-    rim_gap gap = {rim_radius(&search->query, s.s, &tangent) - radius, 0};
-    gap.slope = vec_dot(tangent, vec_cross(s.su, s.sv));
+    btg_part_point(search->part, at, s);
+    rim_gap gap = {rim_radius(&search->query, s->s, &tangent) - radius, 0};
+    gap.slope = vec_dot(tangent, vec_cross(s->su, s->sv));
     return gap;
 }
 
-static rim_gap difference(const btg_search *search, double radius, btg_place at, double du,
-                          double dv) {
+static BTG_APART rim_gap difference(btg_search *search, double radius, btg_place at, double du,
+                                    double dv) {
     btg_place a = {at.item, at.u - du, at.v - dv}, b = {at.item, at.u + du, at.v + dv};
     rim_gap low = gap_at(search, radius, a), high = gap_at(search, radius, b);
     double k = 0.5 / DIFFERENCE;
@@ -56,8 +56,8 @@ static bool in_domain(const btg_search *search, btg_place p) {
 }
 
 /* Newton along du, dv alone: r = R. */
-static bool along_edge(const btg_search *search, double radius, double du, double dv,
-                       btg_place *at) {
+static BTG_APART bool along_edge(btg_search *search, double radius, double du, double dv,
+                                 btg_place *at) {
     for (int i = 0; i < STEPS_MAX; i++) {
         rim_gap g = gap_at(search, radius, *at);
         double d = difference(search, radius, *at, du * DIFFERENCE, dv * DIFFERENCE).outside;
@@ -71,7 +71,7 @@ static bool along_edge(const btg_search *search, double radius, double du, doubl
 }
 
 /* Newton in both parameters: r = R, and the tangents agree. */
-static bool inside_face(const btg_search *search, double radius, btg_place *at) {
+static BTG_APART bool inside_face(btg_search *search, double radius, btg_place *at) {
     for (int i = 0; i < STEPS_MAX; i++) {
         rim_gap g = gap_at(search, radius, *at);
         rim_gap u = difference(search, radius, *at, DIFFERENCE, 0);
@@ -87,12 +87,12 @@ static bool inside_face(const btg_search *search, double radius, btg_place *at) 
     return in_domain(search, *at);
 }
 
-static void offer_place(btg_search *search, btg_place at) {
-    btg_surface_point s;
+static BTG_APART void offer_place(btg_search *search, btg_place at) {
+    const btg_surface_point *s = &search->here;
     btg_ray_hit hit;
-    btg_part_point(search->part, at, &s);
-    if (btg_ray_cast(&search->query, s.s, &hit))
-        btg_search_offer(search, hit.value, at, s.s, hit.element, false);
+    btg_part_point(search->part, at, &search->here);
+    if (btg_ray_cast(&search->query, s->s, &hit))
+        btg_search_offer(search, hit.value, at, s->s, hit.element, false);
 }
 
 /* From the place's neighbour on a side of the domain, along that side. */

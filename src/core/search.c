@@ -26,6 +26,11 @@ static BTG_APART bool is_rounding(const btg_search *search, btg_vec3 point, uint
            btg_ray_tool_gap(&q->tool->element[element], &search->at, point) >= -search->rounding;
 }
 
+/* The tool at a value. Apart, as no compiler spares it a copy on the stack. */
+static BTG_APART void place_at(btg_search *search, double value) {
+    search->at = btg_ray_place(&search->query, value);
+}
+
 bool btg_search_offer(btg_search *search, double value, btg_place place, btg_vec3 point,
                       uint32_t element, bool osculating) {
     if (!(value > search->value) || (!osculating && is_rounding(search, point, element)))
@@ -34,7 +39,7 @@ bool btg_search_offer(btg_search *search, double value, btg_place place, btg_vec
     search->settled = false;
     search->osculating = osculating;
     search->value = value;
-    search->at = btg_ray_place(&search->query, value);
+    place_at(search, value);
     search->place = place;
     search->point = point;
     search->element = element;
@@ -345,7 +350,7 @@ static BTG_APART void give_up(btg_search *search) {
                 search->bound = max2(search->bound, value);
     }
     if (search->query.op == BTG_OP_DROP || search->bound >= 0) return;
-    search->at = btg_ray_place(&search->query, search->bound);
+    place_at(search, search->bound);
     if (start_alone_is_safe(search)) search->bound = 0;
 }
 
@@ -432,7 +437,7 @@ static void finish(btg_search *search) {
 }
 
 void btg_search_run_near(btg_search *search) {
-    search->at = btg_ray_place(&search->query, search->value);
+    place_at(search, search->value);
     search->basin_stale = true;
     search->deepest = INFINITY;
     btg_search_near_p(search);
@@ -465,7 +470,7 @@ static bool walk(btg_search *search) {
 
 void btg_search_run(btg_search *search) {
     bool tilt = search->query.op == BTG_OP_TILT;
-    search->at = btg_ray_place(&search->query, tilt ? search->value : below_all(search));
+    place_at(search, tilt ? search->value : below_all(search));
     search->basin_stale = true;
     search->deepest = search->tolerance;
     if (tilt) btg_search_near_p(search);

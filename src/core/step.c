@@ -52,23 +52,22 @@ static void add_motion(const btg_ray_query *q, const btg_surface_point *s,
     m->hvv += (2 * v + twice * vv) * vv;
 }
 
-static model value_model(const btg_search *search, const btg_surface_point *s,
-                         const btg_ray_distance *d) {
-    model m = {vec_dot(d->normal, s->su),
-               vec_dot(d->normal, s->sv),
-               vec_dot(d->normal, s->suu),
-               vec_dot(d->normal, s->suv),
-               vec_dot(d->normal, s->svv),
-               vec_norm2(s->su),
-               vec_norm2(s->sv)};
+static BTG_APART void set_model(const btg_search *search, const btg_surface_point *s,
+                                const btg_ray_distance *d, model *m) {
+    *m = (model){vec_dot(d->normal, s->su),
+                 vec_dot(d->normal, s->sv),
+                 vec_dot(d->normal, s->suu),
+                 vec_dot(d->normal, s->suv),
+                 vec_dot(d->normal, s->svv),
+                 vec_norm2(s->su),
+                 vec_norm2(s->sv)};
     double ring[2] = {vec_dot(d->ring_tangent, s->su), vec_dot(d->ring_tangent, s->sv)};
     double meridian[2] = {vec_dot(d->meridian_tangent, s->su), vec_dot(d->meridian_tangent, s->sv)};
     double kr = d->ring_curvature, km = d->meridian_curvature;
-    m.huu += kr * ring[0] * ring[0] + km * meridian[0] * meridian[0];
-    m.huv += kr * ring[0] * ring[1] + km * meridian[0] * meridian[1];
-    m.hvv += kr * ring[1] * ring[1] + km * meridian[1] * meridian[1];
-    add_motion(&search->query, s, d, ring, meridian, &m);
-    return m;
+    m->huu += kr * ring[0] * ring[0] + km * meridian[0] * meridian[0];
+    m->huv += kr * ring[0] * ring[1] + km * meridian[0] * meridian[1];
+    m->hvv += kr * ring[1] * ring[1] + km * meridian[1] * meridian[1];
+    add_motion(&search->query, s, d, ring, meridian, m);
 }
 
 /* Newton step of the free parameters; where the model is not convex it is bent until it is, and
@@ -117,8 +116,8 @@ static bool third_side_step(const model *m, double *du, double *dv) {
     return h > 0;
 }
 
-static bool step_from(const btg_search *search, const model *m, btg_place at, double *du,
-                      double *dv) {
+static BTG_APART bool step_from(const btg_search *search, const model *m, btg_place at, double *du,
+                                double *dv) {
     bool free_u = !(at.u <= 0 && m->gu > 0) && !(at.u >= 1 && m->gu < 0);
     bool free_v = !(at.v <= 0 && m->gv > 0) && !(at.v >= 1 && m->gv < 0);
     bool triangle = at.item >= search->part->patch_count;
@@ -162,9 +161,9 @@ static double step_max(const btg_search *search) {
 }
 
 /* The same in polar coordinates; false: the straight step is as good. */
-static bool step_round(const btg_search *search, const btg_surface_point *s,
-                       const btg_placement *tool, const btg_ray_distance *d, const model *m,
-                       btg_step *step) {
+static BTG_APART bool step_round(const btg_search *search, const btg_surface_point *s,
+                                 const btg_placement *tool, const btg_ray_distance *d,
+                                 const model *m, btg_step *step) {
     btg_vec3 out = vec_cross(d->ring_tangent, tool->axis);
     double tu = vec_dot(d->ring_tangent, s->su), tv = vec_dot(d->ring_tangent, s->sv);
     double ou = vec_dot(out, s->su), ov = vec_dot(out, s->sv), det = tu * ov - tv * ou;
@@ -199,7 +198,8 @@ static bool step_round(const btg_search *search, const btg_surface_point *s,
 
 void btg_step_make(const btg_search *search, btg_place at, const btg_surface_point *point,
                    const btg_placement *tool, const btg_ray_distance *distance, btg_step *step) {
-    model m = value_model(search, point, distance);
+    model m;
+    set_model(search, point, distance, &m);
     step->round = false;
     step->speed_u = sqrt(m.uu);
     step->speed_v = sqrt(m.vv);
