@@ -184,34 +184,52 @@ static bool clear_by_own_plane(const btg_search *search, const btg_region *regio
     return false;
 }
 
+typedef enum verdict { CLEAR, NOT_CLEAR, NOT_KNOWN } verdict;
+
+/* By planes at the centre; leaves the distance there in search->near. */
+static BTG_APART verdict bound_at_centre(btg_search *search, const btg_region *region,
+                                         const btg_tool_element *e) {
+    btg_ray_distance *d = &search->near;
+    btg_ray_measure(e, &search->at, region->cell.centre, d);
+    if (d->distance - region->radius >= -search->tolerance) return CLEAR;
+    if (d->distance < -search->tolerance) return NOT_CLEAR;
+    double low = bound_by_plane(search, region, e, d, region->cell.centre);
+    if (low >= -search->tolerance) return CLEAR;
+    if (e->hollow && bound_by_extent(search, region, e) >= -search->tolerance) return CLEAR;
+    if (e->corner_radius_mm > 0) return NOT_KNOWN;
+    return clear_by_own_plane(search, region, e, d) ? CLEAR : NOT_CLEAR;
+}
+
+/* Newton's way to the place where the tool is nearest: the tangent plane there leaves nothing of
+ * the bound's error but the figure's own. Begins with search->near. */
+static BTG_APART verdict bound_at_nearest(btg_search *search, const btg_region *region,
+                                          const btg_tool_element *e) {
+    btg_ray_distance *near = &search->near;
+    figure_place at = {0, 0};
+    for (int step = region->cell.triangle ? TRIANGLE_STEPS : 1; step > 0; step--) {
+        figure_form f = form_about(&region->cell, near, at);
+        at = region->cell.triangle ? least_in_triangle(&f) : least_in_piece(&f);
+        btg_vec3 nearest =
+            vec_mad(vec_mad(region->cell.centre, region->cell.a, at.s), region->cell.b, at.t);
+        btg_ray_measure(e, &search->at, nearest, near);
+        double low = bound_by_plane(search, region, e, near, nearest);
+        if (low >= -search->tolerance) return CLEAR;
+        if (near->distance < -search->tolerance) return NOT_CLEAR;
+    }
+    bool worth = region->cell.item != BTG_CELL_MANY &&
+                 region->radius < SECOND_ORDER_BELOW * (e->ring_radius_mm + e->corner_radius_mm) &&
+                 near->distance >= -region->cell.bend;
+    return worth ? NOT_KNOWN : NOT_CLEAR;
+}
+
 /* The region does not reach into the element as placed. */
 static bool clear_as_placed(btg_search *search, const btg_region *region, uint32_t element) {
     const btg_tool_element *e = &search->query.tool->element[element];
     if (btg_basins_cover(search, region, element)) return true;
-    btg_ray_distance d = btg_ray_tool_distance(e, search->at, region->cell.centre);
-    if (d.distance - region->radius >= -search->tolerance) return true;
-    if (d.distance < -search->tolerance) return false;
-    double low = bound_by_plane(search, region, e, &d, region->cell.centre);
-    if (low >= -search->tolerance) return true;
-    if (e->hollow && bound_by_extent(search, region, e) >= -search->tolerance) return true;
-    if (e->corner_radius_mm == 0) return clear_by_own_plane(search, region, e, &d);
-    /* Newton's way to the place where the tool is nearest: the tangent plane there leaves nothing
-     * of the bound's error but the figure's own. */
-    btg_ray_distance near = d;
-    figure_place at = {0, 0};
-    for (int step = region->cell.triangle ? TRIANGLE_STEPS : 1; step > 0; step--) {
-        figure_form f = form_about(&region->cell, &near, at);
-        at = region->cell.triangle ? least_in_triangle(&f) : least_in_piece(&f);
-        btg_vec3 nearest =
-            vec_mad(vec_mad(region->cell.centre, region->cell.a, at.s), region->cell.b, at.t);
-        near = btg_ray_tool_distance(e, search->at, nearest);
-        low = bound_by_plane(search, region, e, &near, nearest);
-        if (low >= -search->tolerance) return true;
-        if (near.distance < -search->tolerance) return false;
-    }
-    return region->cell.item != BTG_CELL_MANY &&
-           region->radius < SECOND_ORDER_BELOW * (e->ring_radius_mm + e->corner_radius_mm) &&
-           near.distance >= -region->cell.bend && btg_cell_clear_to_second_order(search, region, e);
+    verdict by_planes = bound_at_centre(search, region, e);
+    if (by_planes == NOT_KNOWN) by_planes = bound_at_nearest(search, region, e);
+    if (by_planes != NOT_KNOWN) return by_planes == CLEAR;
+    return btg_cell_clear_to_second_order(search, region, e);
 }
 
 static BTG_APART bool clear_by_ball(const btg_search *search, const btg_region *region,
@@ -245,36 +263,55 @@ static BTG_APART bool clear_by_turning_plane(const btg_search *search, const btg
     return vec_dot(g0, arm) - btg_cell_reach(&region->cell, vec_scale(g0, -1)) >= 0;
 }
 
-/* The same by the plane that touches the element as it starts: the tool may begin right beside the
- * part, laid over onto it, and lift from there. */
-static BTG_APART bool clear_by_start_plane(const btg_search *search, const btg_region *region,
-                                           const btg_tool_element *e) {
+/* The plane that touches the element as it starts, turned with it. */
+static BTG_APART void start_plane(const btg_search *search, const btg_region *region,
+                                  const btg_tool_element *e, btg_vec3 *n, double *distance) {
     const btg_ray_query *q = &search->query;
     btg_placement start = btg_ray_place(q, 0);
     btg_vec3 c = region->cell.centre;
-    btg_ray_distance d = btg_ray_tool_distance(e, start, c);
+    btg_ray_distance d;
+    btg_ray_measure(e, &start, c, &d);
     double offset = vec_dot(d.normal, vec_sub(c, start.centre)) - d.distance;
     double s = sin(search->value), k = cos(search->value);
     btg_vec3 v = vec_add(vec_scale(q->v, k), vec_scale(q->w, s));
-    btg_vec3 n = vec_mad(vec_scale(v, vec_dot(d.normal, q->v)), q->u, vec_dot(d.normal, q->u));
-    n = vec_mad(n, search->at.axis, vec_dot(d.normal, q->w));
-    return clear_by_turning_plane(search, region, n,
-                                  vec_dot(n, vec_sub(c, search->at.centre)) - offset);
+    *n = vec_mad(vec_scale(v, vec_dot(d.normal, q->v)), q->u, vec_dot(d.normal, q->u));
+    *n = vec_mad(*n, search->at.axis, vec_dot(d.normal, q->w));
+    *distance = vec_dot(*n, vec_sub(c, search->at.centre)) - offset;
 }
 
-static bool clear_by_turn(const btg_search *search, const btg_region *region, uint32_t element) {
-    const btg_tool_element *e = &search->query.tool->element[element];
-    btg_ray_distance d = btg_ray_tool_distance(e, search->at, region->cell.centre);
-    if (clear_by_turning_plane(search, region, d.normal, d.distance)) return true;
-    if (clear_by_start_plane(search, region, e)) return true;
+/* The tool may begin right beside the part, laid over onto it, and lift from there. */
+static bool clear_by_start_plane(const btg_search *search, const btg_region *region,
+                                 const btg_tool_element *e) {
+    btg_vec3 n;
+    double distance;
+    start_plane(search, region, e, &n, &distance);
+    return clear_by_turning_plane(search, region, n, distance);
+}
+
+static BTG_APART bool clear_by_end_plane(btg_search *search, const btg_region *region,
+                                         const btg_tool_element *e) {
+    btg_ray_distance *d = &search->near;
+    btg_ray_measure(e, &search->at, region->cell.centre, d);
+    return clear_by_turning_plane(search, region, d->normal, d->distance);
+}
+
+/* The cell's own plane, or the same along the rim. */
+static BTG_APART bool clear_by_own_turning_plane(const btg_search *search, const btg_region *region,
+                                                 const btg_tool_element *e) {
     for (int along_rim = 0; along_rim < 2; along_rim++) {
         btg_vec3 n;
         double plane;
-        if (own_plane(search, region, e, &d, along_rim, &n, &plane) &&
+        if (own_plane(search, region, e, &search->near, along_rim, &n, &plane) &&
             clear_by_turning_plane(search, region, n, plane))
             return true;
     }
     return false;
+}
+
+static bool clear_by_turn(btg_search *search, const btg_region *region, uint32_t element) {
+    const btg_tool_element *e = &search->query.tool->element[element];
+    return clear_by_end_plane(search, region, e) || clear_by_start_plane(search, region, e) ||
+           clear_by_own_turning_plane(search, region, e);
 }
 
 /* TILT, the cutter: a plane that stands still has all of the turn behind it. The round disc reaches
@@ -293,14 +330,15 @@ static bool clear_by_still_plane(const btg_search *search, const btg_region *reg
     return near - btg_cell_reach(&region->cell, vec_scale(n, -1)) - reach >= -search->tolerance;
 }
 
-/* The cell's own plane, or the same along the rim. */
-static BTG_APART bool clear_by_still_planes(const btg_search *search, const btg_region *region) {
+/* By those planes. */
+static BTG_APART bool clear_by_still_planes(btg_search *search, const btg_region *region) {
     const btg_tool_element *e = &search->query.tool->element[0];
-    btg_ray_distance d = btg_ray_tool_distance(e, search->at, region->cell.centre);
+    btg_ray_distance *d = &search->near;
+    btg_ray_measure(e, &search->at, region->cell.centre, d);
     for (int along_rim = 0; along_rim < 2; along_rim++) {
         btg_vec3 n;
         double plane;
-        if (own_plane(search, region, e, &d, along_rim, &n, &plane) &&
+        if (own_plane(search, region, e, d, along_rim, &n, &plane) &&
             clear_by_still_plane(search, region, n))
             return true;
     }
@@ -346,7 +384,7 @@ static bool out_of_reach(const btg_ray_query *q, const btg_region *region, uint3
 }
 
 /* TILT, shank and holder. */
-static bool clear_of_the_rest(const btg_search *search, const btg_region *region) {
+static bool clear_of_the_rest(btg_search *search, const btg_region *region) {
     const btg_ray_query *q = &search->query;
     for (uint32_t i = 1; i < q->tool->element_count; i++)
         if (!out_of_reach(q, region, i) && !clear_by_ball(search, region, i) &&
@@ -386,8 +424,9 @@ static BTG_APART bool clear_by_tail(btg_search *search, const btg_block_bound *b
     return without - tail >= -search->tolerance;
 }
 
-void btg_search_region(const btg_search *search, int k, bool pieces, btg_region *region) {
+const btg_region *btg_search_region(btg_search *search, int k, bool pieces) {
     const btg_block *block = &search->block;
+    btg_region *region = &search->region;
     region->radius = block->radius[k];
     if (pieces && block->triangles) {
         btg_piece piece;
@@ -399,28 +438,27 @@ void btg_search_region(const btg_search *search, int k, bool pieces, btg_region 
     } else {
         btg_cell_of_child(block, k, &region->cell);
     }
+    return region;
 }
 
 /* TILT, the cutter: as clear_of_cutter, of a piece that reaches above the equator. */
-static BTG_APART bool high_piece_clear(const btg_search *search, const btg_block_bound *bound,
-                                       int k, bool pieces) {
+static BTG_APART bool high_piece_clear(btg_search *search, const btg_block_bound *bound, int k,
+                                       bool pieces) {
     const btg_ray_query *q = &search->query;
-    btg_region region;
-    btg_search_region(search, k, pieces, &region);
-    double start = vec_dot(vec_sub(region.cell.centre, q->o), q->w);
-    if (bound->height[k] > region.radius && start > region.radius) return true;
-    if (out_of_reach(q, &region, 0) || clear_by_ball(search, &region, 0)) return true;
-    return !q->tool->element[0].hollow && clear_by_turn(search, &region, 0);
+    const btg_region *region = btg_search_region(search, k, pieces);
+    double start = vec_dot(vec_sub(region->cell.centre, q->o), q->w);
+    if (bound->height[k] > region->radius && start > region->radius) return true;
+    if (out_of_reach(q, region, 0) || clear_by_ball(search, region, 0)) return true;
+    return !q->tool->element[0].hollow && clear_by_turn(search, region, 0);
 }
 
 /* The elements but the cutter. */
 static BTG_APART bool piece_clear_of_the_rest(btg_search *search, int k, bool pieces) {
-    btg_region region;
-    btg_search_region(search, k, pieces, &region);
-    if (search->query.op == BTG_OP_TILT) return clear_of_the_rest(search, &region);
-    if (!search->found) return outside_shadow(search, &region, 1);
+    const btg_region *region = btg_search_region(search, k, pieces);
+    if (search->query.op == BTG_OP_TILT) return clear_of_the_rest(search, region);
+    if (!search->found) return outside_shadow(search, region, 1);
     for (uint32_t i = 1; i < search->query.tool->element_count; i++)
-        if (!clear_as_placed(search, &region, i)) return false;
+        if (!clear_as_placed(search, region, i)) return false;
     return true;
 }
 
@@ -431,9 +469,8 @@ static unsigned pieces_left_to_p(btg_search *search, unsigned bits, bool pieces)
     for (; bits; bits &= bits - 1) {
         int k = btg_lowest_bit(bits);
         if (block->radius[k] * block->radius[k] >= search->left_p2) continue;
-        btg_region region;
-        btg_search_region(search, k, pieces, &region);
-        if (btg_search_left_to_p(search, &region, false)) within |= 1u << k;
+        const btg_region *region = btg_search_region(search, k, pieces);
+        if (btg_search_left_to_p(search, region, false)) within |= 1u << k;
     }
     return within;
 }
@@ -442,10 +479,9 @@ static unsigned pieces_left_to_p(btg_search *search, unsigned bits, bool pieces)
 static BTG_APART unsigned left_one_by_one(btg_search *search, unsigned bits, bool pieces) {
     unsigned left = bits;
     for (; bits; bits &= bits - 1) {
-        btg_region region;
         int k = btg_lowest_bit(bits);
-        btg_search_region(search, k, pieces, &region);
-        if (btg_search_clear(search, &region)) left &= ~(1u << k);
+        const btg_region *region = btg_search_region(search, k, pieces);
+        if (btg_search_clear(search, region)) left &= ~(1u << k);
     }
     return left;
 }

@@ -26,7 +26,8 @@ typedef struct climber {
 
 static BTG_APART void plan_step(const btg_search *search, const climber *c, btg_step *step) {
     btg_placement tool;
-    btg_ray_distance d = btg_ray_touch(&search->query, c->s->s, &c->hit, &tool);
+    btg_ray_distance d;
+    btg_ray_touch(&search->query, c->s->s, &c->hit, &tool, &d);
     btg_step_make(search, c->at, c->s, &tool, &d, step);
 }
 

@@ -348,7 +348,7 @@ typedef struct profile {
     double r, height, x, z;
 } profile;
 
-static profile profile_of(const btg_tool_element *e, const btg_placement *at, btg_vec3 s) {
+static inline profile profile_of(const btg_tool_element *e, const btg_placement *at, btg_vec3 s) {
     btg_vec3 d = vec_sub(s, at->centre);
     profile p = {.height = vec_dot(d, at->axis)};
     p.radial = vec_mad(d, at->axis, -p.height);
@@ -360,39 +360,45 @@ static profile profile_of(const btg_tool_element *e, const btg_placement *at, bt
     return p;
 }
 
+/* Apart: few points are inside. */
+static BTG_APART double gap_inside(const btg_tool_element *e, const btg_placement *at, btg_vec3 s) {
+    btg_ray_distance d;
+    btg_ray_measure(e, at, s, &d);
+    return d.distance;
+}
+
 double btg_ray_tool_gap(const btg_tool_element *e, const btg_placement *at, btg_vec3 s) {
     profile p = profile_of(e, at, s);
     double far2 = p.x * p.x + p.z * p.z;
     if (far2 > 0) return sqrt(far2) - e->corner_radius_mm;
-    return btg_ray_tool_distance(e, *at, s).distance;
+    return gap_inside(e, at, s);
 }
 
-btg_ray_distance btg_ray_tool_distance(const btg_tool_element *e, btg_placement placement,
-                                       btg_vec3 s) {
-    btg_ray_distance out = {0};
-    profile p = profile_of(e, &placement, s);
+void btg_ray_measure(const btg_tool_element *e, const btg_placement *at, btg_vec3 s,
+                     btg_ray_distance *out) {
+    profile p = profile_of(e, at, s);
     double r = p.r, x = p.x, z = p.z, far = sqrt(x * x + z * z);
-    btg_vec3 radial = r > 0 ? vec_scale(p.radial, 1 / r) : vec_perpendicular(placement.axis);
-    out.distance = far - e->corner_radius_mm;
+    btg_vec3 radial = r > 0 ? vec_scale(p.radial, 1 / r) : vec_perpendicular(at->axis);
+    out->distance = far - e->corner_radius_mm;
     if (far > 0) {
-        out.normal = vec_add(vec_scale(radial, x / far), vec_scale(placement.axis, z / far));
+        out->normal = vec_add(vec_scale(radial, x / far), vec_scale(at->axis, z / far));
     } else { /* inside: the nearer way out, down or sideways */
         double side = e->ring_radius_mm - r, down = p.height - e->from_mm;
         if (e->hollow) side = down = 0;
-        out.distance -= side < down ? side : down;
-        out.normal = side < down ? radial : vec_scale(placement.axis, -1);
+        out->distance -= side < down ? side : down;
+        out->normal = side < down ? radial : vec_scale(at->axis, -1);
         x = side < down ? 1 : 0;
         far = 1;
     }
-    out.ring_tangent = vec_cross(placement.axis, radial);
-    out.meridian_tangent = vec_cross(out.normal, out.ring_tangent);
-    out.ring_curvature = r > 0 ? x / far / r : 0;
-    out.meridian_curvature = z != 0 && (e->hollow || x > 0) ? 1 / far : 0;
-    return out;
+    out->ring_tangent = vec_cross(at->axis, radial);
+    out->meridian_tangent = vec_cross(out->normal, out->ring_tangent);
+    out->ring_curvature = r > 0 ? x / far / r : 0;
+    out->meridian_curvature = z != 0 && (e->hollow || x > 0) ? 1 / far : 0;
 }
 
 /* On the round corner, all of it is known from the ray: no angle, and no root but the one. */
-static btg_ray_distance touch_round(const btg_ray_query *q, btg_vec3 s, const btg_placement *at) {
+static void touch_round(const btg_ray_query *q, btg_vec3 s, const btg_placement *at,
+                        btg_ray_distance *out) {
     const btg_tool_element *e = &q->tool->element[0];
     btg_vec3 d = vec_sub(s, at->centre);
     double z = vec_dot(d, at->axis);
@@ -400,31 +406,34 @@ static btg_ray_distance touch_round(const btg_ray_query *q, btg_vec3 s, const bt
     double r = vec_norm(radial), r1 = 1 / r, x = r - e->ring_radius_mm;
     double over = 1 / e->corner_radius_mm, nr = x * over, nz = z * over;
     radial = vec_scale(radial, r1);
-    btg_ray_distance out = {.ring_curvature = nr * r1, .meridian_curvature = z != 0 ? over : 0};
-    out.normal = vec_add(vec_scale(radial, nr), vec_scale(at->axis, nz));
-    out.ring_tangent = vec_cross(at->axis, radial);
-    out.meridian_tangent = vec_cross(out.normal, out.ring_tangent);
-    return out;
+    out->distance = 0;
+    out->ring_curvature = nr * r1;
+    out->meridian_curvature = z != 0 ? over : 0;
+    out->normal = vec_add(vec_scale(radial, nr), vec_scale(at->axis, nz));
+    out->ring_tangent = vec_cross(at->axis, radial);
+    out->meridian_tangent = vec_cross(out->normal, out->ring_tangent);
 }
 
-btg_ray_distance btg_ray_touch(const btg_ray_query *q, btg_vec3 s, const btg_ray_hit *hit,
-                               btg_placement *at) {
+void btg_ray_touch(const btg_ray_query *q, btg_vec3 s, const btg_ray_hit *hit, btg_placement *at,
+                   btg_ray_distance *distance) {
     btg_vec3 d = vec_sub(s, q->o);
     double ro = q->tool->element[0].ring_radius_mm, sv = vec_dot(d, q->v), sw = vec_dot(d, q->w);
     double r2 = sv * sv + sw * sw;
     bool tilt = q->op == BTG_OP_TILT;
     if (!hit->round || (tilt && !(r2 > 0))) {
         *at = btg_ray_place(q, hit->value);
-        return btg_ray_tool_distance(&q->tool->element[hit->element], *at, s);
+        btg_ray_measure(&q->tool->element[hit->element], at, s, distance);
+        return;
     }
     if (!tilt) {
         *at = (btg_placement){vec_mad(q->o, q->w, hit->value), q->w, true};
-        return touch_round(q, s, at);
+        touch_round(q, s, at, distance);
+        return;
     }
     double over = 1 / r2, cosine = (sv * hit->tv + sw * hit->tw) * over;
     double sine = (sw * hit->tv - sv * hit->tw) * over;
     btg_vec3 v = vec_add(vec_scale(q->v, cosine), vec_scale(q->w, sine));
     btg_vec3 w = vec_sub(vec_scale(q->w, cosine), vec_scale(q->v, sine));
     *at = (btg_placement){vec_mad(q->o, v, ro), w, false};
-    return touch_round(q, s, at);
+    touch_round(q, s, at, distance);
 }

@@ -78,15 +78,22 @@ typedef struct btg_ray_distance {
     double ring_curvature, meridian_curvature;
 } btg_ray_distance;
 
-btg_ray_distance btg_ray_tool_distance(const btg_tool_element *element, btg_placement placement,
-                                       btg_vec3 s);
+void btg_ray_measure(const btg_tool_element *element, const btg_placement *placement, btg_vec3 s,
+                     btg_ray_distance *distance);
+
+static inline btg_ray_distance btg_ray_tool_distance(const btg_tool_element *element,
+                                                     btg_placement placement, btg_vec3 s) {
+    btg_ray_distance d;
+    btg_ray_measure(element, &placement, s, &d);
+    return d;
+}
 
 /* The distance alone. */
 double btg_ray_tool_gap(const btg_tool_element *element, const btg_placement *placement,
                         btg_vec3 s);
 
 /* The tool placed where it meets s, and the distance there. */
-btg_ray_distance btg_ray_touch(const btg_ray_query *query, btg_vec3 s, const btg_ray_hit *hit,
-                               btg_placement *placement);
+void btg_ray_touch(const btg_ray_query *query, btg_vec3 s, const btg_ray_hit *hit,
+                   btg_placement *placement, btg_ray_distance *distance);
 
 #endif

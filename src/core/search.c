@@ -118,20 +118,6 @@ BTG_APART bool btg_search_start_gouges(const btg_search *search, btg_vec3 point,
 
 /* ---- blocks ------------------------------------------------------------------------------- */
 
-/* A centre that beats the best by more than rounding is worth a polish. One that is in the tool's
- * start pose ends the search: where a shank cuts into the part the best value is at the end of the
- * cut, where the value jumps, and no piece there is ever clear. */
-static void try_place(btg_search *search, btg_vec3 point, btg_place place) {
-    btg_ray_hit hit;
-    if (!btg_ray_cast(&search->query, point, &hit)) return;
-    bool tilt = search->query.op == BTG_OP_TILT;
-    if (tilt && hit.value > 0)
-        search->gouges |= btg_search_start_gouges(search, point, hit.element);
-    double slack = tilt ? 1e-14 : 1e-14 * search->part->scale;
-    if (hit.value > search->value + slack && !is_rounding(search, point, hit.element))
-        btg_search_polish(search, place);
-}
-
 /* A smaller cell holds nothing its centre does not, but for what it may be deeper. */
 static bool worth_a_cut(const btg_search *search, double radius) {
     return radius > 0.25 * search->tolerance && search->top + BTG_BLOCK <= search->stack_size;
@@ -181,7 +167,7 @@ static BTG_APART void first_contact(btg_search *search, const btg_block *block) 
 
 /* A place where the placed tool cuts into the block, sought where it does so deepest by the bounds;
  * false: none there. */
-static BTG_APART bool find_cut(const btg_search *search, const btg_block *block,
+static BTG_APART bool find_cut(btg_search *search, const btg_block *block,
                                const btg_block_bound *bound, btg_place *at) {
     int best = -1;
     double enough = CUT_SHARE * search->tolerance, depth = -enough;
@@ -196,10 +182,9 @@ static BTG_APART bool find_cut(const btg_search *search, const btg_block *block,
     *at = btg_block_place(block, best, 0, 0);
     if (bound->distance[best] < -enough) return true;
     *at = btg_block_place(block, best, bound->s[best], bound->t[best]);
-    btg_surface_point s;
-    btg_part_point(search->part, *at, &s);
+    btg_part_point(search->part, *at, &search->here);
     const btg_tool_element *e = &search->query.tool->element[0];
-    return btg_ray_tool_gap(e, &search->at, s.s) < -enough;
+    return btg_ray_tool_gap(e, &search->at, search->here.s) < -enough;
 }
 
 /* Bounds by the pieces' balls alone. */
@@ -293,6 +278,20 @@ static void push_left(btg_search *search, const btg_block *block, const btg_bloc
     }
 }
 
+/* A centre that beats the best by more than rounding is worth a polish. One that is in the tool's
+ * start pose ends the search: where a shank cuts into the part the best value is at the end of the
+ * cut, where the value jumps, and no piece there is ever clear. */
+static BTG_APART bool worth_a_polish(btg_search *search, int k, btg_place *place) {
+    btg_ray_hit hit;
+    btg_vec3 point = middle_of(&search->block, k, place);
+    if (!btg_ray_cast(&search->query, point, &hit)) return false;
+    bool tilt = search->query.op == BTG_OP_TILT;
+    if (tilt && hit.value > 0)
+        search->gouges |= btg_search_start_gouges(search, point, hit.element);
+    double slack = tilt ? 1e-14 : 1e-14 * search->part->scale;
+    return hit.value > search->value + slack && !is_rounding(search, point, hit.element);
+}
+
 /* Of quarters that are not clear, those that are worth another cut. */
 static BTG_APART unsigned worth_cutting(btg_search *search, const btg_block *block, bool bounded,
                                         unsigned left) {
@@ -302,17 +301,15 @@ static BTG_APART unsigned worth_cutting(btg_search *search, const btg_block *blo
         /* Bounds find cuts of the round corner alone. */
         if (!bounded || !one) {
             btg_place place;
-            btg_vec3 middle = middle_of(block, k, &place);
-            try_place(search, middle, place);
+            if (worth_a_polish(search, k, &place)) btg_search_polish(search, place);
         }
         bool small = !worth_a_cut(search, block->radius[k]);
         bool at_p = tilt && btg_search_may_reach_p(search, btg_block_vector(&block->at.s, k),
                                                    block->radius[k]);
         if (!small && !at_p) continue;
-        btg_region region;
-        btg_search_region(search, k, true, &region);
-        if (at_p) btg_search_sheet_at_p(search, &region);
-        if (at_the_end(search, &region)) left &= ~(1u << k);
+        const btg_region *region = btg_search_region(search, k, true);
+        if (at_p) btg_search_sheet_at_p(search, region);
+        if (at_the_end(search, region)) left &= ~(1u << k);
     }
     return left;
 }

@@ -90,6 +90,8 @@ typedef struct btg_search {
     btg_tail_room tail_room;
     btg_block block; /* that is being looked at */
     btg_block_bound bounds;
+    btg_region region;             /* one of its pieces */
+    btg_ray_distance near;         /* to the tool, of a place of that */
     btg_surface_point here, there; /* that are being looked at: off the stack */
     size_t top, stack_size;
     btg_entry *stack;
@@ -137,8 +139,8 @@ bool btg_search_clear(btg_search *search, const btg_region *region);
  * to the cutter, NULL where it is sharp. `pieces`: of items, else children of nodes. */
 unsigned btg_search_left(btg_search *search, const btg_block_bound *bound, unsigned bits,
                          bool pieces);
-/* Piece k of search->block by itself. */
-void btg_search_region(const btg_search *search, int k, bool pieces, btg_region *region);
+/* Piece k of search->block by itself: in search->region. */
+const btg_region *btg_search_region(btg_search *search, int k, bool pieces);
 /* TILT: the region is so near P that the limits there speak for it; `at_the_end`: it will not be
  * cut any more, however deep it may be. (basin.c) */
 bool btg_search_left_to_p(btg_search *search, const btg_region *region, bool at_the_end);
