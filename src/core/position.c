@@ -207,27 +207,34 @@ size_t btg_position_workspace_size(const btg_part *part) {
     return search_offset(part) + sizeof(btg_spin_search);
 }
 
-static btg_status search_spin(const btg_part *part, const btg_tool *tool,
-                              const btg_solver_def *solver, const btg_drop_query *query,
-                              const btg_drop_result *drop, btg_tilt_query *frame,
-                              const btg_position *neighbour, void *workspace,
-                              btg_position *position) {
+/* The calls of a position are made from small frames: they take what there is to take. */
+static BTG_APART btg_status search_spin(const btg_part *part, const btg_tool *tool,
+                                        const btg_solver_def *solver, btg_position_parts *p,
+                                        const btg_position *neighbour, void *workspace,
+                                        btg_position *position) {
     size_t offset = search_offset(part);
     btg_spin_search *search = (btg_spin_search *)((char *)workspace + offset);
     bool follows = neighbour && vec_finite(neighbour->q.point);
-    btg_spin_begin(search, part, tool, solver, frame, follows ? neighbour->spin_rad : NAN);
+    btg_spin_begin(search, part, tool, solver, &p->frame, follows ? neighbour->spin_rad : NAN);
     if (follows) search->has_q = true, search->q = neighbour->q.place;
-    while (btg_spin_next(search, frame)) {
-        btg_tilt_result tilt = {0};
+    while (btg_spin_next(search, &p->frame)) {
+        p->tilt = (btg_tilt_result){0};
         bool guess = search->may_guess;
-        btg_status status = guess
-                                ? btg_tilt_near(part, tool, solver, frame, workspace, offset, &tilt)
-                                : btg_tilt(part, tool, solver, frame, workspace, offset, &tilt);
+        btg_status status =
+            guess ? btg_tilt_near(part, tool, solver, &p->frame, workspace, offset, &p->tilt)
+                  : btg_tilt(part, tool, solver, &p->frame, workspace, offset, &p->tilt);
         if (status < 0 && status != BTG_ERROR_GOUGE) return status;
-        if (status < 0) tilt.status = status;
-        btg_spin_take(search, frame, &tilt, guess);
+        if (status < 0) p->tilt.status = status;
+        btg_spin_take(search, &p->frame, &p->tilt, guess);
     }
-    return btg_spin_finish(search, query->origin.x, query->origin.y, query, drop, position);
+    btg_vec3 foot = p->query.origin;
+    return btg_spin_finish(search, foot.x, foot.y, &p->query, &p->drop, position);
+}
+
+static BTG_APART void set_query(double foot_x_mm, double foot_y_mm, const btg_position *neighbour,
+                                btg_drop_query *query) {
+    *query = btg_position_drop_query(foot_x_mm, foot_y_mm);
+    if (neighbour) query->has_start = start_at(&neighbour->p, &query->start);
 }
 
 btg_status btg_position_follow(const btg_part *part, const btg_tool *tool,
@@ -239,15 +246,13 @@ btg_status btg_position_follow(const btg_part *part, const btg_tool *tool,
     if (searches && workspace_size < btg_position_workspace_size(part)) return BTG_ERROR_ARGUMENT;
     if (!workspace || workspace_size < btg_workspace_size(part)) return BTG_ERROR_ARGUMENT;
     btg_position_parts *p = btg_workspace_parts(part, workspace);
-    p->query = btg_position_drop_query(foot_x_mm, foot_y_mm);
-    if (neighbour) p->query.has_start = start_at(&neighbour->p, &p->query.start);
+    set_query(foot_x_mm, foot_y_mm, neighbour, &p->query);
     btg_status status =
         btg_drop(part, tool, solver, &p->query, workspace, workspace_size, &p->drop);
     if (status < 0) return status;
     bool tilts = btg_position_tilt_query(tool, solver, &p->query, &p->drop, &p->frame) == BTG_OK;
     if (tilts && searches)
-        return search_spin(part, tool, solver, &p->query, &p->drop, &p->frame, neighbour, workspace,
-                           position);
+        return search_spin(part, tool, solver, p, neighbour, workspace, position);
     if (tilts) {
         if (neighbour) p->frame.has_start = start_at(&neighbour->q, &p->frame.start);
         status = btg_tilt(part, tool, solver, &p->frame, workspace, workspace_size, &p->tilt);

@@ -113,30 +113,31 @@ static double bend_of(const btg_ray_distance *d, btg_vec3 x, btg_vec3 y) {
                vec_dot(y, d->meridian_tangent);
 }
 
-/* False where the walk ends: distance not convex along the plane, or the plane not crossed. */
-static bool look(const btg_strip_query *q, stand *at, double slope, held hold) {
-    btg_surface_point f;
-    btg_part_point(q->part, at->place, &f);
+/* From the point at the place. */
+static BTG_APART bool look_from(const btg_strip_query *q, stand *at, double slope, held hold,
+                                const btg_surface_point *point) {
     btg_placement pose = {q->centre, q->axis, false};
-    btg_ray_distance d = btg_ray_tool_distance(&q->tool->element[0], pose, f.s);
-    double au = vec_dot(q->across, f.su), av = vec_dot(q->across, f.sv);
-    double gu = vec_dot(d.normal, f.su), gv = vec_dot(d.normal, f.sv);
+    btg_ray_distance d;
+    btg_ray_measure(&q->tool->element[0], &pose, point->s, &d);
+    double au = vec_dot(q->across, point->su), av = vec_dot(q->across, point->sv);
+    double gu = vec_dot(d.normal, point->su), gv = vec_dot(d.normal, point->sv);
     btg_vec3 bent = vec_mad(d.normal, q->across, -slope);
-    double uu = bend_of(&d, f.su, f.su) + vec_dot(bent, f.suu);
-    double uv = bend_of(&d, f.su, f.sv) + vec_dot(bent, f.suv);
-    double vv = bend_of(&d, f.sv, f.sv) + vec_dot(bent, f.svv);
+    double uu = bend_of(&d, point->su, point->su) + vec_dot(bent, point->suu);
+    double uv = bend_of(&d, point->su, point->sv) + vec_dot(bent, point->suv);
+    double vv = bend_of(&d, point->sv, point->sv) + vec_dot(bent, point->svv);
     double pu, pv, size = au * au + av * av; /* a unit of station */
-    at->station = vec_dot(q->across, f.s);
+    at->station = vec_dot(q->across, point->s);
     at->clearance = d.distance;
     at->right_u = at->right_v = at->off = 0;
     if (hold.u || hold.v) {
         double along = hold.u ? av : au;
-        if (fabs(along) <= 1e-9 * sqrt(vec_norm2(hold.u ? f.sv : f.su)) || (hold.u && hold.v))
+        if (fabs(along) <= 1e-9 * sqrt(vec_norm2(hold.u ? point->sv : point->su)) ||
+            (hold.u && hold.v))
             return false;
         pu = hold.u ? 0 : 1 / along;
         pv = hold.u ? 1 / along : 0;
     } else {
-        double least = 1e-12 * (vec_norm2(f.su) + vec_norm2(f.sv));
+        double least = 1e-12 * (vec_norm2(point->su) + vec_norm2(point->sv));
         double tu = -av, tv = au;
         double across = tu * tu * uu + 2 * tu * tv * uv + tv * tv * vv;
         if (!(size > least) || !(across > 0)) return false;
@@ -145,10 +146,11 @@ static bool look(const btg_strip_query *q, stand *at, double slope, held hold) {
         pu += k * tu, pv += k * tv;
         k = -(tu * gu + tv * gv) / across;
         at->right_u = k * tu, at->right_v = k * tv;
-        at->off = vec_norm(vec_add(vec_scale(f.su, at->right_u), vec_scale(f.sv, at->right_v)));
+        at->off =
+            vec_norm(vec_add(vec_scale(point->su, at->right_u), vec_scale(point->sv, at->right_v)));
         at->clearance += 0.5 * k * (tu * gu + tv * gv);
     }
-    at->stretch = vec_norm(vec_add(vec_scale(f.su, pu), vec_scale(f.sv, pv)));
+    at->stretch = vec_norm(vec_add(vec_scale(point->su, pu), vec_scale(point->sv, pv)));
     at->step_u = pu;
     at->step_v = pv;
     at->slope = gu * pu + gv * pv;
@@ -156,8 +158,15 @@ static bool look(const btg_strip_query *q, stand *at, double slope, held hold) {
     return true;
 }
 
+/* False where the walk ends: distance not convex along the plane, or the plane not crossed. */
+static BTG_APART bool look(const btg_strip_query *q, stand *at, double slope, held hold) {
+    btg_surface_point point;
+    btg_part_point(q->part, at->place, &point);
+    return look_from(q, at, slope, hold, &point);
+}
+
 /* Moves `at` to a station or just beside it; false: not so far, or the walk ends here. */
-static bool move(const btg_strip_query *q, stand *at, double station, double longest) {
+static BTG_APART bool move(const btg_strip_query *q, stand *at, double station, double longest) {
     held hold = {false, false};
     for (int i = 0; i < CORRECTIONS; i++) {
         double way = station - at->station;
@@ -190,7 +199,8 @@ static double reach(const stand *at, double side, double scallop) {
 
 /* The end of the strip to one side (+1 or -1) of a contact; false: the scallop is not reached
  * before it, the way ends there. */
-static bool walk(const btg_strip_query *q, const stand *contact, double side, double *end) {
+static BTG_APART bool walk(const btg_strip_query *q, const stand *contact, double side,
+                           double *end) {
     const btg_tool_element *e = &q->tool->element[0];
     double size = e->ring_radius_mm + e->corner_radius_mm, longest = STEP * size;
     double inside = contact->station, outside = inside + side * 2 * size;
@@ -222,7 +232,7 @@ static bool walk(const btg_strip_query *q, const stand *contact, double side, do
 
 /* The greatest clearance on the way from one contact to the station of the other; NaN: the way
  * is not open. */
-static double crest(const btg_strip_query *q, const stand *contact, double to) {
+static BTG_APART double crest(const btg_strip_query *q, const stand *contact, double to) {
     const btg_tool_element *e = &q->tool->element[0];
     double longest = STEP * (e->ring_radius_mm + e->corner_radius_mm);
     double side = to < contact->station ? -1 : 1;
@@ -244,7 +254,8 @@ static double crest(const btg_strip_query *q, const stand *contact, double to) {
     return at.clearance + (left <= CREST * at.clearance ? left : 0);
 }
 
-static bool stand_at(const btg_strip_query *query, const btg_contact *contact, stand *at) {
+static BTG_APART bool stand_at(const btg_strip_query *query, const btg_contact *contact,
+                               stand *at) {
     *at = (stand){.place = contact->place};
     bool stands = look(query, at, 0, (held){false, false});
     at->station = vec_dot(query->across, contact->point);
@@ -261,31 +272,28 @@ static bool joined(const btg_strip_query *q, const btg_strip *strip) {
 
 btg_strip btg_strip_measure(const btg_strip_query *query, const btg_contact *p,
                             const btg_contact *q) {
-    stand a, b;
+    stand at[2];
     btg_strip strip = {.crest_mm = NAN};
-    bool has_a = stand_at(query, p, &a), has_b = q && stand_at(query, q, &b);
+    bool has_a = stand_at(query, p, &at[0]), has_b = q && stand_at(query, q, &at[1]);
     double from, to;
     if (!has_a || !has_b) {
         if (!has_a && !has_b) return strip;
-        walk(query, has_a ? &a : &b, -1, &from);
-        walk(query, has_a ? &a : &b, 1, &to);
+        walk(query, &at[has_b], -1, &from);
+        walk(query, &at[has_b], 1, &to);
         strip.width_mm = to - from;
         return strip;
     }
-    if (a.station > b.station) {
-        stand swap = a;
-        a = b;
-        b = swap;
-    }
-    strip.apart_mm = b.station - a.station;
+    bool turned = at[0].station > at[1].station;
+    const stand *a = &at[turned], *b = &at[!turned];
+    strip.apart_mm = b->station - a->station;
     double gap = 0;
-    strip.crest_mm = crest(query, &a, b.station);
-    bool ends = walk(query, &a, -1, &from);
-    ends = walk(query, &b, 1, &to) && ends;
+    strip.crest_mm = crest(query, a, b->station);
+    bool ends = walk(query, a, -1, &from);
+    ends = walk(query, b, 1, &to) && ends;
     if (!ends || !joined(query, &strip)) {
         double to_a, from_b;
-        walk(query, &a, 1, &to_a);
-        walk(query, &b, -1, &from_b);
+        walk(query, a, 1, &to_a);
+        walk(query, b, -1, &from_b);
         from = fmin(from, from_b);
         to = fmax(to, to_a);
         gap = fmax(from_b - to_a, 0);
