@@ -70,41 +70,51 @@ static double bend_along(const btg_surface_point *s, btg_vec3 direction, const e
                 fabs(vec_dot(direction, s->svv)) * iv * iv);
 }
 
-/* Expands the distance to an element, or to the plane given instead of it, about a point of an
- * item; false: nothing smooth there. */
-static bool expand(const btg_search *search, const btg_tool_element *e, uint32_t item,
-                   const btg_surface_point *s, const btg_ray_distance *plane, expansion *x) {
-    btg_ray_distance d = plane ? *plane : btg_ray_tool_distance(e, search->at, s->s);
+/* From the distance at the point. */
+static BTG_APART bool expand_from(const btg_search *search, const btg_tool_element *e,
+                                  uint32_t item, const btg_surface_point *s,
+                                  const btg_ray_distance *d, expansion *x) {
     x->speed_u = vec_norm(s->su);
     x->speed_v = vec_norm(s->sv);
     if (!(x->speed_u > 0 && x->speed_v > 0)) return false;
-    x->curved = e->corner_radius_mm > 0 && d.meridian_curvature > 0;
+    x->curved = e->corner_radius_mm > 0 && d->meridian_curvature > 0;
     x->solid = !e->hollow;
     if (!x->curved && e->hollow) return false;
     surface_bounds(search->part, item, s, x);
     double iu = 1 / x->speed_u, iv = 1 / x->speed_v;
-    x->distance = d.distance;
-    x->gu = vec_dot(d.normal, s->su) * iu;
-    x->gv = vec_dot(d.normal, s->sv) * iv;
-    x->nuu = vec_dot(d.normal, s->suu) * iu * iu;
-    x->nuv = vec_dot(d.normal, s->suv) * iu * iv;
-    x->nvv = vec_dot(d.normal, s->svv) * iv * iv;
+    x->distance = d->distance;
+    x->gu = vec_dot(d->normal, s->su) * iu;
+    x->gv = vec_dot(d->normal, s->sv) * iv;
+    x->nuu = vec_dot(d->normal, s->suu) * iu * iu;
+    x->nuv = vec_dot(d->normal, s->suv) * iu * iv;
+    x->nvv = vec_dot(d->normal, s->svv) * iv * iv;
     if (!x->curved) return true;
-    x->mu = vec_dot(d.meridian_tangent, s->su) * iu;
-    x->mv = vec_dot(d.meridian_tangent, s->sv) * iv;
-    x->bu = vec_dot(d.ring_tangent, s->su) * iu;
-    x->bv = vec_dot(d.ring_tangent, s->sv) * iv;
-    x->bend_m = bend_along(s, d.meridian_tangent, x);
-    x->bend_b = bend_along(s, d.ring_tangent, x);
+    x->mu = vec_dot(d->meridian_tangent, s->su) * iu;
+    x->mv = vec_dot(d->meridian_tangent, s->sv) * iv;
+    x->bu = vec_dot(d->ring_tangent, s->su) * iu;
+    x->bv = vec_dot(d->ring_tangent, s->sv) * iv;
+    x->bend_m = bend_along(s, d->meridian_tangent, x);
+    x->bend_b = bend_along(s, d->ring_tangent, x);
     btg_vec3 arm = vec_sub(s->s, search->at.centre);
     double height = vec_dot(arm, search->at.axis);
     x->axis_distance = vec_norm(vec_mad(arm, search->at.axis, -height));
     x->height = height - e->from_mm;
     x->ring_radius = e->ring_radius_mm;
-    x->ring_distance = d.distance + e->corner_radius_mm;
+    x->ring_distance = d->distance + e->corner_radius_mm;
     x->out = (x->axis_distance - x->ring_radius) / x->ring_distance;
     x->up = x->height / x->ring_distance;
     return true;
+}
+
+/* Expands the distance to an element, or to the plane given instead of it, about a point of an
+ * item; false: nothing smooth there. */
+static BTG_APART bool expand(const btg_search *search, const btg_tool_element *e, uint32_t item,
+                             const btg_surface_point *s, const btg_ray_distance *plane,
+                             expansion *x) {
+    if (plane) return expand_from(search, e, item, s, plane, x);
+    btg_ray_distance d;
+    btg_ray_measure(e, &search->at, s->s, &d);
+    return expand_from(search, e, item, s, &d, x);
 }
 
 /* How far steps of up to `u` and `v` lead: |p| at most `reach`. */
@@ -199,8 +209,8 @@ typedef struct basin_slopes {
 /* Clear for all steps up to `reach` into the item, but for what the slopes that are left make of
  * it, `deep` at most: slopes into it are turned into curvature, g t >= (g / reach) t^2, and above
  * k t^2 the others lead down by g^2 / (4 k) at the most. */
-static bool holds_at_share(const expansion *x, double reach, double share,
-                           const basin_slopes *slope, double deep) {
+static BTG_APART bool holds_at_share(const expansion *x, double reach, double share,
+                                     const basin_slopes *slope, double deep) {
     lower_bound b;
     if (!bound_within(x, &(span){reach, reach, reach}, share, &b)) return false;
     double uu = b.huu + 2 * slope->u / reach, vv = b.hvv + 2 * slope->v / reach;
@@ -228,37 +238,42 @@ static double likely_reach(const expansion *x) {
     return least > 0 ? 6 * sqrt(least * x->ring_distance) / b : INFINITY;
 }
 
-btg_basin btg_basin_make(btg_search *search, btg_place place, uint32_t element) {
-    btg_basin basin = {.place = place, .element = element};
+/* The widest reach that holds; 0: none does. */
+static BTG_APART double widest_reach(const btg_search *search, const btg_tool_element *e,
+                                     const expansion *x, const basin_slopes *slope, double deep) {
+    double reach = min2(search->part->scale, widest_basin(e));
+    if (x->curved) reach = min2(reach, likely_reach(x));
+    double least = REACH_MIN * reach;
+    if (!basin_holds(x, least, slope, deep)) return 0;
+    while (reach > least && !basin_holds(x, reach, slope, deep))
+        reach *= REACH_STEP;
+    return max2(reach, least);
+}
+
+void btg_basin_make(btg_search *search, btg_place place, uint32_t element, btg_basin *basin) {
+    *basin = (btg_basin){.place = place, .element = element};
     const btg_tool_element *e = &search->query.tool->element[element];
     btg_surface_point *s = &search->here;
     btg_part_point(search->part, place, s);
     expansion x;
-    if (!expand(search, e, place.item, s, NULL, &x)) return basin;
+    if (!expand(search, e, place.item, s, NULL, &x)) return;
     bool triangle = place.item >= search->part->patch_count;
     bool edge_u = place.u <= 0 || place.u >= 1, edge_v = place.v <= 0 || place.v >= 1;
     double slope_u = edge_u ? (place.u <= 0 ? x.gu : -x.gu) : 0;
     double slope_v = edge_v ? (place.v <= 0 ? x.gv : -x.gv) : 0;
     /* Elsewhere the slope must be nothing but rounding. */
     const double flat = 1e-9;
-    if ((!edge_u && fabs(x.gu) > flat) || (!edge_v && fabs(x.gv) > flat)) return basin;
-    if (slope_u < -flat || slope_v < -flat) return basin;
-    if (triangle && place.u + place.v >= 1) return basin;
+    if ((!edge_u && fabs(x.gu) > flat) || (!edge_v && fabs(x.gv) > flat)) return;
+    if (slope_u < -flat || slope_v < -flat) return;
+    if (triangle && place.u + place.v >= 1) return;
     basin_slopes slope = {
         max2(slope_u, 0), max2(slope_v, 0),
         norm2(edge_u ? min2(slope_u, 0) : x.gu, edge_v ? min2(slope_v, 0) : x.gv)};
     double deep = BASIN_SHARE * search->tolerance;
-    basin.speed_u = x.speed_u;
-    basin.speed_v = x.speed_v;
-    double reach = min2(search->part->scale, widest_basin(e));
-    if (x.curved) reach = min2(reach, likely_reach(&x));
-    double least = REACH_MIN * reach;
-    if (!basin_holds(&x, least, &slope, deep)) return basin; /* then none does */
-    for (; basin.reach == 0; reach *= REACH_STEP)
-        if (reach <= least || basin_holds(&x, reach, &slope, deep))
-            basin.reach = max2(reach, least);
-    basin.deep = max2(-distance_from(&x, -deep), 0);
-    return basin;
+    basin->speed_u = x.speed_u;
+    basin->speed_v = x.speed_v;
+    basin->reach = widest_reach(search, e, &x, &slope, deep);
+    basin->deep = max2(-distance_from(&x, -deep), 0);
 }
 
 static bool covers(const btg_basin *basin, const btg_region *region) {
@@ -275,9 +290,9 @@ static void renew(btg_search *search) {
     search->basin_stale = false;
     search->basin[0].reach = search->basin[1].reach = 0;
     if (search->found && !search->osculating)
-        search->basin[0] = btg_basin_make(search, search->place, search->element);
+        btg_basin_make(search, search->place, search->element, &search->basin[0]);
     if (search->query.op == BTG_OP_TILT)
-        search->basin[1] = btg_basin_make(search, search->p_place, 0);
+        btg_basin_make(search, search->p_place, 0, &search->basin[1]);
 }
 
 bool btg_basins_cover(btg_search *search, const btg_region *region, uint32_t element) {
@@ -392,28 +407,32 @@ static double slopes_down(const btg_search *search, const expansion *x, btg_plac
 
 /* How deep one item at P can be in the tool within reach: by the lower bound of the distance, at
  * several shares, for so close by next to nothing need be spent. */
-static double deep_by(const btg_search *search, btg_place at, const btg_surface_point *s,
-                      const btg_ray_distance *plane, double reach) {
+static BTG_APART double depth_of(const btg_search *search, const expansion *x, btg_place at,
+                                 double reach) {
     static const double share[] = {1e-4, 1e-2, 0.4};
-    const btg_tool_element *e = &search->query.tool->element[0];
-    expansion x;
-    if (!expand(search, e, at.item, s, plane, &x)) return INFINITY;
-    double uu = 0, vv = 0, best = INFINITY, down = slopes_down(search, &x, at, reach, &uu, &vv);
+    double uu = 0, vv = 0, best = INFINITY, down = slopes_down(search, x, at, reach, &uu, &vv);
     for (int i = 0; i < 3; i++) {
         lower_bound b;
-        if (!bound_within(&x, &(span){reach, reach, reach}, share[i], &b)) continue;
+        if (!bound_within(x, &(span){reach, reach, reach}, share[i], &b)) continue;
         b.huu += uu;
         b.hvv += vv;
         double least = 0.5 * (b.huu + b.hvv) - norm2(0.5 * (b.huu - b.hvv), b.huv);
         best = min2(best, max2(-0.5 * least * reach * reach, 0) + b.cubic * reach * reach * reach);
     }
-    return max2(-distance_from(&x, -down - best), 0);
+    return max2(-distance_from(x, -down - best), 0);
+}
+
+static BTG_APART double deep_by(const btg_search *search, btg_place at, const btg_surface_point *s,
+                                const btg_ray_distance *plane, double reach) {
+    const btg_tool_element *e = &search->query.tool->element[0];
+    expansion x;
+    return expand(search, e, at.item, s, plane, &x) ? depth_of(search, &x, at, reach) : INFINITY;
 }
 
 /* P is on a sharp rim: the tool stays behind every plane through P that leans between its bottom
  * and its wall, and one of them may have the item in front. */
-static double deep_by_planes(const btg_search *search, btg_place at, const btg_surface_point *s,
-                             double reach) {
+static BTG_APART double deep_by_planes(const btg_search *search, btg_place at,
+                                       const btg_surface_point *s, double reach) {
     btg_vec3 w = search->at.axis, v = vec_unit(vec_sub(search->at.centre, search->query.p));
     btg_vec3 face = vec_cross(s->su, s->sv), n = search->query.n;
     double along = vec_dot(face, w) < 0 ? -1 : 1, best = INFINITY;
@@ -432,22 +451,22 @@ static double deep_by_planes(const btg_search *search, btg_place at, const btg_s
     return best;
 }
 
-static double deep_of_sheet(const btg_search *search, btg_place at, double reach) {
+static double deep_of_sheet(btg_search *search, btg_place at, double reach) {
     const btg_tool_element *e = &search->query.tool->element[0];
-    btg_surface_point s;
-    btg_part_point(search->part, at, &s);
-    if (e->corner_radius_mm == 0) return deep_by_planes(search, at, &s, reach);
-    return deep_by(search, at, &s, NULL, reach);
+    const btg_surface_point *s = &search->here;
+    btg_part_point(search->part, at, &search->here);
+    if (e->corner_radius_mm == 0) return deep_by_planes(search, at, s, reach);
+    return deep_by(search, at, s, NULL, reach);
 }
 
 /* What was left of a sheet is at most that deep. */
-static double deep_at_sheet(const btg_search *search, const btg_sheet *sheet) {
+static BTG_APART double deep_at_sheet(btg_search *search, const btg_sheet *sheet) {
     if (!(sheet->way > 0)) return 0;
     double most = deep_within(search, sheet->way);
     return min2(most, deep_of_sheet(search, sheet->place, sheet->reach));
 }
 
-double btg_search_deep_at_p(const btg_search *search) {
+double btg_search_deep_at_p(btg_search *search) {
     double deep = search->other_way > 0 ? deep_within(search, search->other_way) : 0;
     for (uint32_t i = 0; i < search->sheet_count; i++)
         deep = max2(deep, deep_at_sheet(search, &search->sheet[i]));
@@ -519,17 +538,18 @@ static double least_in_box(const expansion *x, const lower_bound *h, const frame
     return best;
 }
 
-/* The bound over a cell from an expansion at one of its places; and where it would be best
- * expanded: the nearest point by the Taylor polynomial. */
-static BTG_APART bool clear_from(const btg_search *search, const expansion *x, const frame_box *b,
-                                 double *to_u, double *to_v) {
-    span p = {max2(-b->low_u, b->high_u), max2(-b->low_v, b->high_v), 0};
+/* The bound over a cell from an expansion at one of its places; and that place moved to where it
+ * would be best expanded: the nearest point by the Taylor polynomial. */
+static BTG_APART bool clear_from(const btg_search *search, const expansion *x, const btg_cell *cell,
+                                 btg_place *place) {
+    frame_box b = box_about(cell, *place, x->speed_u, x->speed_v);
+    span p = {max2(-b.low_u, b.high_u), max2(-b.low_v, b.high_v), 0};
     p.reach = sqrt(p.u * p.u + p.v * p.v);
     lower_bound h;
     double u, v;
     if (bound_within(x, &p, 0.5, &h)) {
         double error = h.cubic * p.reach * p.reach * p.reach;
-        double least = least_in_box(x, &h, b, &u, &v) - error;
+        double least = least_in_box(x, &h, &b, &u, &v) - error;
         if (distance_from(x, least) >= -search->tolerance) return true;
     }
     lower_bound taylor = {x->nuu, x->nuv, x->nvv, 0};
@@ -539,7 +559,9 @@ static BTG_APART bool clear_from(const btg_search *search, const expansion *x, c
         taylor.huv += c * x->mu * x->mv + k * x->bu * x->bv;
         taylor.hvv += c * x->mv * x->mv + k * x->bv * x->bv;
     }
-    least_in_box(x, &taylor, b, to_u, to_v);
+    least_in_box(x, &taylor, &b, &u, &v);
+    place->u += u / x->speed_u;
+    place->v += v / x->speed_v;
     return false;
 }
 
@@ -550,14 +572,10 @@ bool btg_cell_clear_to_second_order(btg_search *search, const btg_region *region
     for (int i = 0; i < 2; i++) {
         btg_surface_point *s = &search->here;
         expansion x;
-        double to_u, to_v;
         btg_part_point(part, place, s);
         if (!expand(search, e, place.item, s, NULL, &x)) return false;
         if (x.distance < -search->tolerance) return false;
-        frame_box b = box_about(&region->cell, place, x.speed_u, x.speed_v);
-        if (clear_from(search, &x, &b, &to_u, &to_v)) return true;
-        place.u += to_u / x.speed_u;
-        place.v += to_v / x.speed_v;
+        if (clear_from(search, &x, &region->cell, &place)) return true;
     }
     return false;
 }

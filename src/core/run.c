@@ -139,7 +139,7 @@ static BTG_APART btg_search *begin_tilt(const btg_part *part, const btg_tool *to
     return search;
 }
 
-static BTG_APART btg_status end_tilt(const btg_search *search, const btg_tilt_query *query,
+static BTG_APART btg_status end_tilt(btg_search *search, const btg_tilt_query *query,
                                      btg_tilt_result *result) {
     if (start_gouges(search)) return BTG_ERROR_GOUGE;
     btg_tilt_result r = {.status = BTG_SINGLE_CONTACT, .nodes = search->nodes};

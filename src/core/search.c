@@ -331,7 +331,7 @@ static void open_block(btg_search *search) {
 
 /* TILT: what was left to the limits at P is too deep for the tolerance. The start pose, with no
  * tilt at all, is none the deeper for it. */
-static bool start_alone_is_safe(const btg_search *search) {
+static bool start_alone_is_safe(btg_search *search) {
     return search->query.op == BTG_OP_TILT && btg_search_deep_at_p(search) > 2 * search->deep_at_p;
 }
 

@@ -147,14 +147,14 @@ bool btg_search_left_to_p(btg_search *search, const btg_region *region, bool at_
 /* No tool as dropped is deeper in the part than this many clearances of the search. */
 #define BTG_BEGUN 2
 /* No point of what was left to P is deeper in the tool as placed, mm. */
-double btg_search_deep_at_p(const btg_search *search);
+double btg_search_deep_at_p(btg_search *search);
 /* Where that may be too deep no more shall be left than may; false: it is not too deep, or that was
  * said before. */
 bool btg_search_come_close_to_p(btg_search *search);
 
 /* basin.c: the basin of a contact of the tool placed at the best value; a region inside it; and a
  * single cell clear of an element by the Taylor polynomial at its centre. */
-btg_basin btg_basin_make(btg_search *search, btg_place place, uint32_t element);
+void btg_basin_make(btg_search *search, btg_place place, uint32_t element, btg_basin *basin);
 /* Any of the basins of the placed tool covers it; they are made when first asked for. */
 bool btg_basins_cover(btg_search *search, const btg_region *region, uint32_t element);
 /* Of the quarters of search->block in `bits`, those that a basin of the cutter covers. */

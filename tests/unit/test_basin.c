@@ -101,7 +101,8 @@ static void check_contact(const btg_part *part, const btg_tool *tool, rng *r) {
     search.tolerance = pow(10, rng_range(r, -7, -3));
     search.at = lay(e, &s, r);
     if (fabs(btg_ray_tool_distance(e, search.at, s.s).distance) > 1e-9) return; /* over the axis */
-    btg_basin b = btg_basin_make(&search, place, 0);
+    btg_basin b;
+    btg_basin_make(&search, place, 0, &b);
     if (!(b.reach > 0)) {
         none++;
         return;
