@@ -209,9 +209,9 @@ size_t btg_position_workspace_size(const btg_part *part) {
 
 /* The calls of a position are made from small frames: they take what there is to take. */
 static BTG_APART btg_status search_spin(const btg_part *part, const btg_tool *tool,
-                                        const btg_solver_def *solver, btg_position_parts *p,
-                                        const btg_position *neighbour, void *workspace,
-                                        btg_position *position) {
+                                        const btg_solver_def *solver, const btg_position *neighbour,
+                                        void *workspace, btg_position *position) {
+    btg_position_parts *p = btg_workspace_parts(part, workspace);
     size_t offset = search_offset(part);
     btg_spin_search *search = (btg_spin_search *)((char *)workspace + offset);
     bool follows = neighbour && vec_finite(neighbour->q.point);
@@ -251,8 +251,7 @@ btg_status btg_position_follow(const btg_part *part, const btg_tool *tool,
         btg_drop(part, tool, solver, &p->query, workspace, workspace_size, &p->drop);
     if (status < 0) return status;
     bool tilts = btg_position_tilt_query(tool, solver, &p->query, &p->drop, &p->frame) == BTG_OK;
-    if (tilts && searches)
-        return search_spin(part, tool, solver, p, neighbour, workspace, position);
+    if (tilts && searches) return search_spin(part, tool, solver, neighbour, workspace, position);
     if (tilts) {
         if (neighbour) p->frame.has_start = start_at(&neighbour->q, &p->frame.start);
         status = btg_tilt(part, tool, solver, &p->frame, workspace, workspace_size, &p->tilt);

@@ -353,7 +353,7 @@ static BTG_APART void give_up(btg_search *search) {
 
 /* ---- nodes -------------------------------------------------------------------------------- */
 
-static void open_nodes(btg_search *search, const btg_node *const node[], uint32_t nodes) {
+static BTG_APART void open_nodes(btg_search *search, const btg_node *const node[], uint32_t nodes) {
     const btg_tool_element *e = &search->query.tool->element[0];
     btg_block *block = &search->block;
     btg_block_bound *bound = e->corner_radius_mm > 0 ? &search->bounds : NULL;
@@ -450,7 +450,7 @@ static double below_all(const btg_search *search) {
 }
 
 /* Everything that is not clear, cut or followed; false: out of budget. */
-static bool walk(btg_search *search) {
+static BTG_APART bool walk(btg_search *search) {
     bool tilt = search->query.op == BTG_OP_TILT;
     start(search);
     while (search->top > 0) {

@@ -148,23 +148,22 @@ static void judge_widest(const btg_spin_search *s, const btg_tilt_query *query,
     sample->could = found.span_mm + (stretch - 1) * found.apart_mm;
 }
 
-static btg_spin_sample judge(const btg_spin_search *s, const btg_tilt_query *query,
-                             const btg_tilt_result *tilt) {
-    btg_spin_sample sample = {
+static void judge(const btg_spin_search *s, const btg_tilt_query *query,
+                  const btg_tilt_result *tilt, btg_spin_sample *sample) {
+    *sample = (btg_spin_sample){
         .alpha = s->asked, .value = NAN, .heading = NAN, .half = NAN, .crest = NAN, .could = NAN};
     bool two = tilt->status == BTG_OK;
     btg_vec3 pq = vec_sub(tilt->contact.point, query->p.point);
-    if (!two && tilt->status != BTG_OSCULATING) return sample;
-    if (two) sample.heading = heading_of(&s->unspun, pq);
+    if (!two && tilt->status != BTG_OSCULATING) return;
+    if (two) sample->heading = heading_of(&s->unspun, pq);
     if (s->solver->spin == BTG_SPIN_WIDEST) {
-        judge_widest(s, query, tilt, &sample);
+        judge_widest(s, query, tilt, sample);
     } else if (s->solver->spin == BTG_SPIN_GAP) {
-        sample.value = (two ? vec_norm(pq) : 0) - s->solver->gap_mm;
-        if (two) sample.half = half_of(&sample, pq, s->solver->gap_mm);
+        sample->value = (two ? vec_norm(pq) : 0) - s->solver->gap_mm;
+        if (two) sample->half = half_of(sample, pq, s->solver->gap_mm);
     } else if (two) {
-        sample.value = off_across(s->solver, pq);
+        sample->value = off_across(s->solver, pq);
     }
-    return sample;
 }
 
 /* ---- the spins tried ---------------------------------------------------------------------- */
@@ -609,22 +608,25 @@ void btg_spin_take(btg_spin_search *s, const btg_tilt_query *query, const btg_ti
         s->redo = true;
         return;
     }
-    btg_spin_sample *before = asked_before(s), sample;
+    btg_spin_sample *before = asked_before(s), *sample = &s->fresh;
     bool misled = before && fabs(before->tilt - result->tilt_rad) > SAME_SPIN;
     bool same = before && !misled && same_contact(before, result);
-    sample = same ? *before : judge(s, query, result);
-    sample.has_q = result->status == BTG_OK;
-    sample.q = result->contact.place;
-    sample.guessed = guessed;
-    sample.tilt = result->tilt_rad;
-    if (before)
-        *before = sample;
+    if (same)
+        *sample = *before;
     else
-        s->sample[s->count++] = sample;
+        judge(s, query, result, sample);
+    sample->has_q = result->status == BTG_OK;
+    sample->q = result->contact.place;
+    sample->guessed = guessed;
+    sample->tilt = result->tilt_rad;
+    if (before)
+        *before = *sample;
+    else
+        s->sample[s->count++] = *sample;
     if (misled && ++s->misled == MISLED_MOST && s->solver->spin == BTG_SPIN_GAP) drop_guesses(s);
     find_best(s);
     if (guessed) return;
-    double here = score(s, sample.value);
+    double here = score(s, sample->value);
     bool better = here > s->proven_score;
     bool unspun =
         s->proven_score == -INFINITY && isnan(here) && s->asked == 0 && result->status >= 0;

@@ -50,6 +50,7 @@ typedef struct btg_spin_search {
     double proven_alpha, proven_score; /* of those that are not guessed */
     btg_tilt_result proven;
     btg_spin_sample sample[BTG_SPIN_TILTS_MAX];
+    btg_spin_sample fresh; /* that is being judged: off the stack */
 } btg_spin_search;
 
 static inline bool btg_spin_searches(const btg_solver_def *solver) {
