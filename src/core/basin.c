@@ -310,11 +310,7 @@ bool btg_basins_cover(btg_search *search, const btg_region *region, uint32_t ele
 unsigned btg_basins_covering(btg_search *search, unsigned bits) {
     const btg_block *block = &search->block;
     double widest = widest_basin(&search->query.tool->element[0]);
-    unsigned small = 0, covered = 0;
-    for (unsigned left = bits; left; left &= left - 1) {
-        int k = btg_lowest_bit(left);
-        if (block->radius[k] <= widest) small |= 1u << k;
-    }
+    unsigned small = bits & btg_block_small(block, widest), covered = 0;
     if (!small) return 0;
     if (search->basin_stale) renew(search);
     for (int i = 0; i < 2; i++) {

@@ -271,11 +271,11 @@ static BTG_APART void cut_triangles(const btg_part *part, const btg_piece *const
 
 static BTG_APART void cut_patches(const btg_part *part, const btg_piece *const piece[],
                                   uint32_t pieces, btg_block *block) {
-    const btg_patch *patch[2] = {NULL, NULL};
+    const btg_patch *patch[BTG_PIECES];
     block->count = 4 * pieces;
     block->triangles = false;
     block->turned = 0;
-    for (uint32_t p = 0; p < 2; p++) { /* one alone stands twice */
+    for (uint32_t p = 0; p < lanes_of(4 * pieces) / 4; p++) { /* the first stands for none */
         const btg_piece *whole = piece[p < pieces ? p : 0];
         int first = 4 * (int)p;
         patch[p] = &part->patches[whole->item];
@@ -308,7 +308,7 @@ static void widen(const float from[3][4], int first, lanes3_memory *to) {
 void btg_block_of_nodes(const btg_node *const node[], uint32_t nodes, btg_block *block) {
     block->count = 4 * nodes;
     block->triangles = false;
-    for (uint32_t p = 0; p < (BTG_LANES == 8 ? 2 : nodes); p++) {
+    for (uint32_t p = 0; p < lanes_of(4 * nodes) / 4; p++) {
         const btg_node *n = node[p < nodes ? p : 0];
         int first = 4 * (int)p;
         widen(n->centre, first, &block->at.s);
@@ -698,6 +698,10 @@ static ALWAYS_INLINE void bounds_from(const btg_block *block, int i, bool triang
     lanes_store(bound->s + i, least.s);
     lanes_store(bound->t + i, least.t);
     bound->deep |= lanes_less(low, lanes_all(enough)) << i;
+    if (triangles) return;
+    lanes without = lanes_add(form, lanes_load(block->error + i));
+    bound->tail |= (lanes_less(form, lanes_all(enough)) & ~lanes_less(without, lanes_all(enough)))
+                   << i;
 }
 
 /* Steps to a corner of a triangle: along n, the ring and the radius. */
@@ -767,13 +771,32 @@ static BTG_APART void sheet_bounds(const btg_block *block, const btg_tool_elemen
 
 void btg_block_bounds(const btg_block *block, const btg_tool_element *e, const btg_placement *at,
                       double enough, btg_block_bound *bound) {
-    bound->deep = bound->high = 0;
+    bound->deep = bound->high = bound->tail = 0;
     if (block->triangles)
         triangle_bounds(block, e, at, enough, bound);
     else
         sheet_bounds(block, e, at, enough, bound);
     bound->deep &= btg_block_bits(block);
     bound->high &= btg_block_bits(block);
+}
+
+unsigned btg_block_small(const btg_block *block, double radius) {
+    unsigned larger = 0;
+    for (uint32_t i = 0; i < block->count; i += BTG_LANES)
+        larger |= lanes_less(lanes_all(radius), lanes_load(block->radius + i)) << i;
+    return btg_block_bits(block) & ~larger;
+}
+
+unsigned btg_block_near(const btg_block *block, btg_vec3 point, double gap) {
+    unsigned far = 0;
+    for (uint32_t i = 0; i < block->count; i += BTG_LANES) {
+        lanes3 d = lanes3_load(&block->at.s, (int)i);
+        d = (lanes3){lanes_sub(d.x, lanes_all(point.x)), lanes_sub(d.y, lanes_all(point.y)),
+                     lanes_sub(d.z, lanes_all(point.z))};
+        lanes reach = lanes_add(lanes_load(block->radius + i), lanes_all(gap));
+        far |= lanes_less(lanes_mul(reach, reach), norm2_of(d)) << i;
+    }
+    return btg_block_bits(block) & ~far;
 }
 
 unsigned btg_block_about(const btg_block *block, btg_place about, double speed_u, double speed_v,
@@ -787,7 +810,7 @@ unsigned btg_block_about(const btg_block *block, btg_place about, double speed_u
         bits |= lanes_less(lanes_mad(lanes_mul(u, u), v, v), lanes_all(reach * reach)) << i;
     }
     for (uint32_t k = 0; k < block->count; k++)
-        if (block->item[k] == about.item) of |= 1u << k;
+        of |= (unsigned)(block->item[k] == about.item) << k;
     return bits & of;
 }
 

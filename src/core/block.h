@@ -18,7 +18,10 @@ typedef struct btg_piece {
     btg_cut cut;       /* how it is cut */
 } btg_piece;
 
-/* The quarters of one piece or two, four and four; of the first, piece k is
+/* Pieces that are cut at a time. */
+#define BTG_PIECES (BTG_BLOCK / 4)
+
+/* The quarters of up to BTG_PIECES pieces, four by four; of the first, piece k is
  *     s + su a + sv b + (suu a^2 + 2 suv a b + svv b^2) / 2,    |a|, |b| <= 1,
  * up to error[k]; without the last term, up to bend[k]. Of triangles it is the half of that where
  * a + b <= 0. Instead of quarters it may hold whole triangles, or children of tree nodes: then the
@@ -34,7 +37,7 @@ typedef struct btg_block {
     double side_u2[BTG_BLOCK], side_v2[BTG_BLOCK]; /* squares of half lengths along u and v, bends
                                                       and errors included; of patches */
     uint32_t item[BTG_BLOCK];
-    btg_piece whole[2]; /* of patches: what was cut */
+    btg_piece whole[BTG_PIECES]; /* of patches: what was cut */
 } btg_block;
 
 /* Distances of a block's pieces to a round element as placed. Bits: 1 << k for piece k. */
@@ -47,6 +50,7 @@ typedef struct btg_block_bound {
     double least[BTG_BLOCK];  /* it comes about as near as that, and where: */
     double s[BTG_BLOCK], t[BTG_BLOCK];
     unsigned deep; /* bits: low < enough */
+    unsigned tail; /* bits of patches: form < enough for its third-order error alone */
     unsigned high; /* bits: top > 0 */
 } btg_block_bound;
 
@@ -73,11 +77,12 @@ void btg_piece_root(const btg_part *part, uint32_t item, btg_piece *piece);
 /* How a piece is best cut: across its longer side, bend included. */
 btg_cut btg_piece_cut(const btg_part *part, const btg_piece *piece);
 
-/* Cuts one piece or two into four each: both of patches or both of triangles. */
+/* Cuts up to BTG_PIECES pieces into four each: all of patches or all of triangles. */
 void btg_block_make(const btg_part *part, const btg_piece *const piece[], uint32_t pieces,
                     btg_block *block);
 
-/* The four children of each of one tree node or two; those that are none repeat the first. */
+/* The four children of each of up to BTG_PIECES tree nodes; those that are none repeat the first.
+ */
 void btg_block_of_nodes(const btg_node *const node[], uint32_t nodes, btg_block *block);
 
 /* Up to BTG_BLOCK whole triangles. */
@@ -97,6 +102,12 @@ void btg_block_bounds(const btg_block *block, const btg_tool_element *element,
  * the speeds. */
 unsigned btg_block_about(const btg_block *block, btg_place about, double speed_u, double speed_v,
                          double reach);
+
+/* Bits of the pieces whose balls are no larger than that. */
+unsigned btg_block_small(const btg_block *block, double radius);
+
+/* Bits of the pieces whose balls, `gap` wider, hold a point. */
+unsigned btg_block_near(const btg_block *block, btg_vec3 point, double gap);
 
 /* The gradient of those distances at piece k's centre, unit. */
 btg_vec3 btg_block_normal(const btg_block *block, int k, const btg_tool_element *element,

@@ -412,7 +412,6 @@ static BTG_APART bool clear_by_tail(btg_search *search, const btg_block_bound *b
     const btg_block *block = &search->block;
     uint32_t item = block->item[k];
     double without = bound->form[k] + block->error[k];
-    if (block->triangles || without < -search->tolerance) return false;
     btg_vec3 n = btg_block_normal(block, k, &search->query.tool->element[0], &search->at);
     btg_taylor taylor = {vec_dot(n, btg_block_vector(&block->at.su, k)),
                          vec_dot(n, btg_block_vector(&block->at.sv, k)),
@@ -466,9 +465,8 @@ static BTG_APART bool piece_clear_of_the_rest(btg_search *search, int k, bool pi
 static unsigned pieces_left_to_p(btg_search *search, unsigned bits, bool pieces) {
     const btg_block *block = &search->block;
     unsigned within = 0;
-    for (; bits; bits &= bits - 1) {
+    for (bits &= btg_block_small(block, sqrt(search->left_p2)); bits; bits &= bits - 1) {
         int k = btg_lowest_bit(bits);
-        if (block->radius[k] * block->radius[k] >= search->left_p2) continue;
         const btg_region *region = btg_search_region(search, k, pieces);
         if (btg_search_left_to_p(search, region, false)) within |= 1u << k;
     }
@@ -495,12 +493,16 @@ unsigned btg_search_left(btg_search *search, const btg_block_bound *bound, unsig
     unsigned deep = left & bound->deep & ~high & ~at_p;
     high &= ~at_p;
     if (deep && pieces && (tilt || search->found)) deep &= ~btg_basins_covering(search, deep);
-    for (unsigned rest = left; rest; rest &= rest - 1) {
+    unsigned clear = left & ~high & ~deep, tail = pieces ? deep & bound->tail : 0;
+    for (unsigned rest = left & (high | tail); rest; rest &= rest - 1) {
         int k = btg_lowest_bit(rest);
-        unsigned own = 1u << k;
-        bool clear = high & own ? high_piece_clear(search, bound, k, pieces)
-                                : !(deep & own) || (pieces && clear_by_tail(search, bound, k));
-        if (clear && (one || piece_clear_of_the_rest(search, k, pieces))) left &= ~own;
+        bool by = high >> k & 1 ? high_piece_clear(search, bound, k, pieces)
+                                : clear_by_tail(search, bound, k);
+        clear |= (unsigned)by << k;
     }
-    return left;
+    for (unsigned rest = one ? 0 : clear; rest; rest &= rest - 1) {
+        int k = btg_lowest_bit(rest);
+        if (!piece_clear_of_the_rest(search, k, pieces)) clear &= ~(1u << k);
+    }
+    return left & ~clear;
 }

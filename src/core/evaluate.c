@@ -134,8 +134,8 @@ static ALWAYS_INLINE double *row_of(btg_surface_block *out, int k, int c) {
     return ((lanes3_memory *)(void *)out)[k].at[c];
 }
 
-/* Where the lanes of one four of a block begin, and where they go. Eight lanes hold both fours: the
- * second one's patch, where it is another, is evaluated in all and stored over the upper four. */
+/* Where the lanes of one four of a block begin, and where they go. Eight lanes hold two fours: the
+ * second one's patch, where it is another, is evaluated in both and stored over the upper four. */
 #if BTG_LANES == 4
 static ALWAYS_INLINE int first_of(int four) {
     return 4 * four;
@@ -146,16 +146,16 @@ static ALWAYS_INLINE void store(const form *f, int four, int c, btg_surface_bloc
 }
 #else
 static ALWAYS_INLINE int first_of(int four) {
-    (void)four;
-    return 0;
+    return 4 * (four & ~1);
 }
 static ALWAYS_INLINE void store(const form *f, int four, int c, btg_surface_block *out) {
-    if (four == 0)
-        for (int k = 0; k < 6; k++)
-            lanes_store(row_of(out, k, c), f->d[k]);
-    else
-        for (int k = 0; k < 6; k++)
-            lanes_store_upper(row_of(out, k, c), f->d[k]);
+    for (int k = 0; k < 6; k++) {
+        double *to = row_of(out, k, c) + first_of(four);
+        if (four & 1)
+            lanes_store_upper(to, f->d[k]);
+        else
+            lanes_store(to, f->d[k]);
+    }
 }
 #endif
 
@@ -224,11 +224,11 @@ static BTG_APART void divide_out_four(const btg_patch *patch, int four, const do
     divide(&w, patch->origin.z, four, 2, out);
 }
 
-void btg_patch_evaluate_block(const btg_patch *const patch[2], int fours, const double u[BTG_BLOCK],
+void btg_patch_evaluate_block(const btg_patch *const patch[], int fours, const double u[BTG_BLOCK],
                               const double v[BTG_BLOCK], btg_surface_block *out) {
-    bool both = BTG_LANES == 8 && patch[1] == patch[0];
-    for (int four = 0; four < (both ? 1 : fours); four++) {
+    for (int four = 0; four < fours; four++) {
         const btg_patch *of = patch[four];
+        if (BTG_LANES == 8 && four & 1 && of == patch[four - 1]) continue; /* done with that */
         if (of->degree_u == 3 && of->degree_v == 3)
             evaluate_bicubic(of, four, u, v, out);
         else

@@ -9,8 +9,8 @@
 #include <stdint.h>
 #include <string.h>
 
-/* Doubles that stand side by side in memory: two fours, a cache line. */
-#define BTG_BLOCK   8
+/* Doubles that stand side by side in memory: four fours, two cache lines. */
+#define BTG_BLOCK   16
 #define BTG_ALIGNED _Alignas(64)
 
 #if defined(__GNUC__) && defined(__AVX__) && !defined(BTG_PLAIN_C)

@@ -189,14 +189,13 @@ static BTG_APART double nearest_to_p(btg_search *search, btg_place *at) {
     return vec_norm(vec_sub(search->query.p, s->s));
 }
 
-bool btg_search_may_reach_p(const btg_search *search, btg_vec3 centre, double radius) {
-    double reach = radius + search->sheet_gap;
-    return vec_norm2(vec_sub(centre, search->query.p)) <= reach * reach &&
-           radius <= SHEET_REACH * btg_ray_insert_size(search->query.tool);
+unsigned btg_search_reaching_p(const btg_search *search) {
+    unsigned near = btg_block_near(&search->block, search->query.p, search->sheet_gap);
+    double most = SHEET_REACH * btg_ray_insert_size(search->query.tool);
+    return near ? near & btg_block_small(&search->block, most) : 0;
 }
 
 void btg_search_sheet_at_p(btg_search *search, const btg_region *region) {
-    if (!btg_search_may_reach_p(search, region->cell.centre, region->radius)) return;
     for (uint32_t i = 0; i < search->sheet_count; i++)
         if (search->sheet[i].place.item == region->cell.item) return;
     btg_place at = btg_cell_place(&region->cell);

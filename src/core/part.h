@@ -100,7 +100,7 @@ void btg_patch_evaluate(const btg_patch *patch, double u, double v, btg_surface_
 typedef struct btg_surface_block {
     lanes3_memory s, su, sv, suu, suv, svv;
 } btg_surface_block;
-void btg_patch_evaluate_block(const btg_patch *const patch[2], int fours, const double u[BTG_BLOCK],
+void btg_patch_evaluate_block(const btg_patch *const patch[], int fours, const double u[BTG_BLOCK],
                               const double v[BTG_BLOCK], btg_surface_block *out);
 /* Point alone, from the Bezier net: another way to the same. */
 btg_vec3 btg_patch_point(const btg_patch *patch, double u, double v);

@@ -1,9 +1,9 @@
 /* The walk through the part's trees (search.h). */
 #include "core/search.h"
 
-/* Cuts before a piece is as small as the rounding of its points. A pair of entries leaves at most
- * eight, and of each such lot six wait below the next one: entries of a lot are cut at least as
- * often as the lots below it are many. */
+/* Cuts before a piece is as small as the rounding of its points. Entries opened together leave
+ * BTG_BLOCK at most, and of each such lot all but one may wait below the next one: entries of a lot
+ * are cut at least as often as the lots below it are many. */
 #define CUTS_MAX 40
 
 /* Polishes of the winner at the most, and from one block. */
@@ -15,7 +15,7 @@
 
 size_t btg_search_stack_size(const btg_part *part) {
     return 16 + BTG_LEAF_TRIANGLES +
-           6 * ((size_t)part->node_depth + part->quarters_depth + CUTS_MAX);
+           (BTG_BLOCK - 1) * ((size_t)part->node_depth + part->quarters_depth + CUTS_MAX);
 }
 
 /* TILT, close to P: the tool as placed is no deeper there than rounding, which makes values of
@@ -118,13 +118,15 @@ BTG_APART bool btg_search_start_gouges(const btg_search *search, btg_vec3 point,
 
 /* ---- blocks ------------------------------------------------------------------------------- */
 
-/* A smaller cell holds nothing its centre does not, but for what it may be deeper. */
-static bool worth_a_cut(const btg_search *search, double radius) {
-    return radius > 0.25 * search->tolerance && search->top + BTG_BLOCK <= search->stack_size;
+/* A cell no larger than that is not worth a cut: it holds nothing its centre does not, but for what
+ * it may be deeper. */
+static double least_cut(const btg_search *search) {
+    bool full = search->top + BTG_BLOCK > search->stack_size;
+    return full ? INFINITY : 0.25 * search->tolerance;
 }
 
 static bool at_the_end(btg_search *search, const btg_region *region) {
-    if (worth_a_cut(search, region->radius)) return false;
+    if (region->radius > least_cut(search)) return false;
     bool left = search->query.op == BTG_OP_TILT && btg_search_left_to_p(search, region, true);
     if (!left) search->deepest = max2(search->deepest, search->tolerance + region->radius);
     return true;
@@ -250,15 +252,17 @@ static void fill_child(const btg_part *part, const btg_node *node, int k, btg_en
     e->count = node->count[k];
 }
 
-/* The pieces of bits `left` wait, the nearest on top: children of `node`, or, NULL, quarters. */
+/* The pieces of bits `left` wait, the nearest on top: children of `node`, or, NULL, quarters. Once
+ * the tool has met something most will have to be opened, in whatever order. */
 static void push_left(btg_search *search, const btg_block *block, const btg_block_bound *bound,
                       const btg_node *const node[], unsigned left) {
     double key[BTG_BLOCK];
     int order[BTG_BLOCK], count = 0;
+    bool any_order = bound && search->found;
     for (; left; left &= left - 1) {
         int k = btg_lowest_bit(left), i = count++;
-        double own = key_of(search, block, bound, k);
-        for (; i > 0 && key[i - 1] < own; i--) {
+        double own = any_order ? 0 : key_of(search, block, bound, k);
+        for (; !any_order && i > 0 && key[i - 1] < own; i--) {
             key[i] = key[i - 1];
             order[i] = order[i - 1];
         }
@@ -292,23 +296,25 @@ static BTG_APART bool worth_a_polish(btg_search *search, int k, btg_place *place
     return hit.value > search->value + slack && !is_rounding(search, point, hit.element);
 }
 
+static void try_middles(btg_search *search, unsigned bits) {
+    for (; bits; bits &= bits - 1) {
+        btg_place place;
+        if (worth_a_polish(search, btg_lowest_bit(bits), &place)) btg_search_polish(search, place);
+    }
+}
+
 /* Of quarters that are not clear, those that are worth another cut. */
 static BTG_APART unsigned worth_cutting(btg_search *search, const btg_block *block, bool bounded,
                                         unsigned left) {
     bool one = search->query.tool->element_count == 1, tilt = search->query.op == BTG_OP_TILT;
-    for (unsigned bits = left; bits; bits &= bits - 1) {
+    /* Bounds find cuts of the round corner alone. */
+    if (!bounded || !one) try_middles(search, left);
+    unsigned at_p = tilt ? left & btg_search_reaching_p(search) : 0;
+    unsigned ended = left & btg_block_small(block, least_cut(search));
+    for (unsigned bits = ended | at_p; bits; bits &= bits - 1) {
         int k = btg_lowest_bit(bits);
-        /* Bounds find cuts of the round corner alone. */
-        if (!bounded || !one) {
-            btg_place place;
-            if (worth_a_polish(search, k, &place)) btg_search_polish(search, place);
-        }
-        bool small = !worth_a_cut(search, block->radius[k]);
-        bool at_p = tilt && btg_search_may_reach_p(search, btg_block_vector(&block->at.s, k),
-                                                   block->radius[k]);
-        if (!small && !at_p) continue;
         const btg_region *region = btg_search_region(search, k, true);
-        if (at_p) btg_search_sheet_at_p(search, region);
+        if (at_p >> k & 1) btg_search_sheet_at_p(search, region);
         if (at_the_end(search, region)) left &= ~(1u << k);
     }
     return left;
@@ -393,14 +399,20 @@ static void look_at_leaf(btg_search *search, const btg_entry *entry) {
     }
 }
 
-/* Looks at what is on top of the stack: nodes two by two, and pieces, both of patches or both of
+/* So many are opened together: once the tool has met something, most will have to be. */
+static uint32_t together(const btg_search *search) {
+    return search->found ? BTG_PIECES : 2;
+}
+
+/* Looks at what is on top of the stack: nodes together, and pieces, all of patches or all of
  * triangles. Entries that are taken are read before anything is pushed. */
 static void look_at_top(btg_search *search) {
     const btg_part *part = search->part;
     if (waits_node(search)) {
-        const btg_node *node[2];
+        const btg_node *node[BTG_PIECES];
         uint32_t n = 0;
-        for (uint32_t most = placed(search) ? 2 : 1; n < most && waits_node(search); n++)
+        for (uint32_t most = placed(search) ? together(search) : 1; n < most && waits_node(search);
+             n++)
             node[n] = &part->nodes[search->stack[--search->top].node];
         search->nodes += n - 1;
         open_nodes(search, node, n);
@@ -410,14 +422,14 @@ static void look_at_top(btg_search *search) {
         look_at_leaf(search, &search->stack[--search->top]);
         return;
     }
-    const btg_piece *piece[2] = {&search->stack[--search->top].piece, NULL};
+    const btg_piece *piece[BTG_PIECES] = {&search->stack[--search->top].piece};
+    bool triangle = btg_is_triangle(part, piece[0]->item);
     uint32_t n = 1;
-    if (waits_piece(search)) {
+    for (uint32_t most = together(search); n < most && waits_piece(search); n++) {
         const btg_piece *next = &search->stack[search->top - 1].piece;
-        if (btg_is_triangle(part, next->item) == btg_is_triangle(part, piece[0]->item)) {
-            piece[n++] = next;
-            search->top--;
-        }
+        if (btg_is_triangle(part, next->item) != triangle) break;
+        piece[n] = next;
+        search->top--;
     }
     btg_block_make(part, piece, n, &search->block);
     search->nodes += n - 1 + search->block.count - 1;

@@ -129,7 +129,7 @@ void btg_search_near_p(btg_search *search);
 /* After the walk: the contact that may stand so near P that the walk did not see it. */
 void btg_search_climb_ridges(btg_search *search);
 /* The limit of another item whose cell reaches P, if only its ball does. */
-bool btg_search_may_reach_p(const btg_search *search, btg_vec3 centre, double radius);
+unsigned btg_search_reaching_p(const btg_search *search);
 void btg_search_sheet_at_p(btg_search *search, const btg_region *region);
 
 /* The region is clear of the tool placed at the best value by `tolerance`, and was all the way
