@@ -4,12 +4,6 @@
  * are those of its own size, and Horner's scheme gives value and derivatives together. */
 #include "core/part.h"
 
-#if defined(__GNUC__)
-#define ALWAYS_INLINE inline __attribute__((always_inline))
-#else
-#define ALWAYS_INLINE inline
-#endif
-
 /* Value, u, v, uu, uv, vv. */
 typedef struct form {
     lanes d[6];

@@ -9,6 +9,12 @@
 #include <stdint.h>
 #include <string.h>
 
+#if defined(__GNUC__)
+#define ALWAYS_INLINE inline __attribute__((always_inline))
+#else
+#define ALWAYS_INLINE inline
+#endif
+
 /* Doubles that stand side by side in memory: four fours, two cache lines. */
 #define BTG_BLOCK   16
 #define BTG_ALIGNED _Alignas(64)
@@ -249,6 +255,9 @@ static inline lanes3 lanes3_scale(lanes3 a, lanes by) {
 }
 static inline lanes lanes3_dot(lanes3 a, lanes3 b) {
     return lanes_mad(lanes_mad(lanes_mul(a.x, b.x), a.y, b.y), a.z, b.z);
+}
+static inline lanes lanes3_norm2(lanes3 a) {
+    return lanes3_dot(a, a);
 }
 
 #endif
