@@ -24,15 +24,14 @@ typedef struct climber {
     bool settled; /* the last step was a true one, and as short as counts */
 } climber;
 
-static BTG_APART void plan_step(const btg_search *search, const climber *c, btg_step *step) {
+static BTG_APART void plan_step(btg_search *search, const climber *c, btg_step *step) {
     btg_placement tool;
-    btg_ray_distance d;
-    btg_ray_touch(&search->query, c->s->s, &c->hit, &tool, &d);
-    btg_step_make(search, c->at, c->s, &tool, &d, step);
+    btg_ray_touch(&search->query, c->s->s, &c->hit, &tool, &search->near);
+    btg_step_make(search, c->at, c->s, &tool, &search->near, step);
 }
 
 /* One step; false: none leads up from here. */
-static bool step_up(const btg_search *search, climber *c) {
+static bool step_up(btg_search *search, climber *c) {
     double shortest = STEP_MIN * search->part->scale, near = STEP_NEAR * search->part->scale;
     double rounding = search->query.op == BTG_OP_DROP ? 4e-15 * search->part->scale : 1e-14;
     btg_step way;

@@ -140,9 +140,9 @@ static btg_vec3 middle_of(const btg_block *block, int k, btg_place *place) {
     return vec_mad(btg_block_vector(&block->at.s, k), vec_add(a, b), to);
 }
 
-/* DROP, nothing met so far: the best centre of the block is worth a polish when it is near enough
- * to the top. */
-static BTG_APART void first_contact(btg_search *search, const btg_block *block) {
+/* The centre of the block with the best value; false: none near enough to the top. */
+static BTG_APART bool best_centre(const btg_search *search, const btg_block *block,
+                                  btg_place *place) {
     const btg_tool_element *e = &search->query.tool->element[0];
     double near = FIRST_POLISH * (e->ring_radius_mm + e->corner_radius_mm), best = -INFINITY;
     int from = -1;
@@ -156,10 +156,14 @@ static BTG_APART void first_contact(btg_search *search, const btg_block *block) 
             from = k;
         }
     }
-    if (from < 0) return;
+    if (from >= 0) middle_of(block, from, place);
+    return from >= 0;
+}
+
+/* DROP, nothing met so far: the best centre of the block is worth a polish. */
+static BTG_APART void first_contact(btg_search *search, const btg_block *block) {
     btg_place place;
-    middle_of(block, from, &place);
-    btg_search_polish(search, place);
+    if (best_centre(search, block, &place)) btg_search_polish(search, place);
 }
 
 /* Cuts deeper than this part of the clearance are followed. What is shallower has the rest of the

@@ -91,7 +91,7 @@ typedef struct btg_search {
     btg_block block; /* that is being looked at */
     btg_block_bound bounds;
     btg_region region;             /* one of its pieces */
-    btg_ray_distance near;         /* to the tool, of a place of that */
+    btg_ray_distance near;         /* to the tool, of the place that is being looked at */
     btg_surface_point here, there; /* that are being looked at: off the stack */
     size_t top, stack_size;
     btg_entry *stack;

@@ -130,15 +130,15 @@ static double half_of(const btg_spin_sample *sample, btg_vec3 pq, double gap) {
     return acos(fmin(gap / across, 1));
 }
 
-static void judge_widest(const btg_spin_search *s, const btg_tilt_query *query,
+static void judge_widest(btg_spin_search *s, const btg_tilt_query *query,
                          const btg_tilt_result *tilt, btg_spin_sample *sample) {
-    btg_strip_query strip = strip_query(s->part, s->tool, s->solver);
-    btg_position_pose(s->tool, query, tilt->tilt_rad, &strip.centre, &strip.axis);
+    btg_strip_query *strip = &s->strip;
+    btg_position_pose(s->tool, query, tilt->tilt_rad, &strip->pose.centre, &strip->pose.axis);
     bool two = tilt->status == BTG_OK;
-    btg_strip found = btg_strip_measure(&strip, &query->p, two ? &tilt->contact : NULL);
+    btg_strip found = btg_strip_measure(strip, &query->p, two ? &tilt->contact : NULL);
     sample->value = found.width_mm;
     if (!(found.crest_mm > 0)) return;
-    sample->crest = found.crest_mm / strip.scallop_mm;
+    sample->crest = found.crest_mm / strip->scallop_mm;
     sample->off_crest = log(sample->crest / CREST_AIM);
     btg_vec3 pq = vec_sub(tilt->contact.point, query->p.point);
     double stretch = sqrt(sqrt(CREST_AIM / sample->crest));
@@ -148,8 +148,8 @@ static void judge_widest(const btg_spin_search *s, const btg_tilt_query *query,
     sample->could = found.span_mm + (stretch - 1) * found.apart_mm;
 }
 
-static void judge(const btg_spin_search *s, const btg_tilt_query *query,
-                  const btg_tilt_result *tilt, btg_spin_sample *sample) {
+static void judge(btg_spin_search *s, const btg_tilt_query *query, const btg_tilt_result *tilt,
+                  btg_spin_sample *sample) {
     *sample = (btg_spin_sample){
         .alpha = s->asked, .value = NAN, .heading = NAN, .half = NAN, .crest = NAN, .could = NAN};
     bool two = tilt->status == BTG_OK;
@@ -539,6 +539,7 @@ void btg_spin_begin(btg_spin_search *search, const btg_part *part, const btg_too
                                 .tool = tool,
                                 .solver = solver,
                                 .unspun = *unspun,
+                                .strip = strip_query(part, tool, solver),
                                 .local = isfinite(start),
                                 .start = isfinite(start) ? remainder(start, 2 * BTG_PI) : 0,
                                 .best_score = -INFINITY,
@@ -670,8 +671,9 @@ btg_status btg_position_strip(const btg_part *part, const btg_tool *tool,
             return BTG_ERROR_ARGUMENT;
         if (!vec_finite(q->point) || position->status == BTG_OSCULATING) q = NULL;
         if (q && !btg_check_place(q->place, &part->info)) return BTG_ERROR_ARGUMENT;
-        query.axis = position->axis;
-        query.centre = vec_mad(position->tip, position->axis, tool->element[0].corner_radius_mm);
+        query.pose.axis = position->axis;
+        query.pose.centre =
+            vec_mad(position->tip, position->axis, tool->element[0].corner_radius_mm);
         width = btg_strip_measure(&query, p, q).width_mm;
     }
     *width_mm = width;

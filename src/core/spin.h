@@ -11,7 +11,7 @@
 #ifndef BTG_CORE_SPIN_H
 #define BTG_CORE_SPIN_H
 
-#include "core/vec.h"
+#include "core/strip.h"
 
 /* Tilts a position at the most. */
 #define BTG_SPIN_TILTS_MAX 24
@@ -50,7 +50,9 @@ typedef struct btg_spin_search {
     double proven_alpha, proven_score; /* of those that are not guessed */
     btg_tilt_result proven;
     btg_spin_sample sample[BTG_SPIN_TILTS_MAX];
-    btg_spin_sample fresh; /* that is being judged: off the stack */
+    /* of the spin that is being judged: off the stack */
+    btg_spin_sample fresh;
+    btg_strip_query strip;
 } btg_spin_search;
 
 static inline bool btg_spin_searches(const btg_solver_def *solver) {

@@ -7,7 +7,6 @@
  * step (du, dv) with a . S(u, v) = s, and L, the second derivatives of distance - slope * station,
  * positive along the plane. Slope and bend of c then say how far the scallop is. */
 #include "core/strip.h"
-#include "core/ray.h"
 
 /* The longest step, part of the cutter's radius, so that no bump between contacts is leapt over. */
 #define STEP 0.15
@@ -116,9 +115,8 @@ static double bend_of(const btg_ray_distance *d, btg_vec3 x, btg_vec3 y) {
 /* From the point at the place. */
 static BTG_APART bool look_from(const btg_strip_query *q, stand *at, double slope, held hold,
                                 const btg_surface_point *point) {
-    btg_placement pose = {q->centre, q->axis, false};
     btg_ray_distance d;
-    btg_ray_measure(&q->tool->element[0], &pose, point->s, &d);
+    btg_ray_measure(&q->tool->element[0], &q->pose, point->s, &d);
     double au = vec_dot(q->across, point->su), av = vec_dot(q->across, point->sv);
     double gu = vec_dot(d.normal, point->su), gv = vec_dot(d.normal, point->sv);
     btg_vec3 bent = vec_mad(d.normal, q->across, -slope);

@@ -3,12 +3,13 @@
 #define BTG_CORE_STRIP_H
 
 #include "core/part.h"
+#include "core/ray.h"
 
 typedef struct btg_strip_query {
     const btg_part *part;
     const btg_tool *tool;
-    btg_vec3 centre, axis; /* the tool as placed: torus centre and unit axis */
-    btg_vec3 across;       /* unit, horizontal, at right angles to the feed */
+    btg_placement pose; /* the tool as placed */
+    btg_vec3 across;    /* unit, horizontal, at right angles to the feed */
     double scallop_mm;
 } btg_strip_query;
 
