@@ -40,6 +40,11 @@ typedef struct btg_block {
     btg_piece whole[BTG_PIECES]; /* of patches: what was cut */
 } btg_block;
 
+/* Room for what the bounds leave from one stage to the next. */
+typedef struct btg_block_room {
+    BTG_ALIGNED double of[44][BTG_BLOCK];
+} btg_block_room;
+
 /* Distances of a block's pieces to a round element as placed. Bits: 1 << k for piece k. */
 typedef struct btg_block_bound {
     BTG_ALIGNED double distance[BTG_BLOCK]; /* of the centre */
@@ -51,6 +56,7 @@ typedef struct btg_block_bound {
     double s[BTG_BLOCK], t[BTG_BLOCK];
     unsigned deep; /* bits: low < enough */
     unsigned tail; /* bits of patches: form < enough for its third-order error alone */
+    btg_block_room room;
     unsigned high; /* bits: top > 0 */
 } btg_block_bound;
 

@@ -355,49 +355,126 @@ static ALWAYS_INLINE quadratic lower_form(const btg_tool_element *e, const place
     return q;
 }
 
-/* Of the pieces from number i on. */
-static ALWAYS_INLINE void bounds_from(const btg_block *block, int i, bool triangles,
-                                      const btg_tool_element *e, const btg_placement *at,
-                                      double enough, btg_block_bound *bound) {
-    place p = place_of(lanes3_load(&block->at.s, i), e, at);
-    lanes distance = lanes_sub(p.far, lanes_all(e->corner_radius_mm));
-    lanes radius = lanes_load(block->radius + i), ball = lanes_sub(distance, radius);
-    lanes up = reach_up(block, i, at->axis);
-    lanes top = lanes_add(p.height, lanes_min(radius, up));
-    lanes_store(bound->distance + i, distance);
-    lanes_store(bound->height + i, p.height);
-    lanes_store(bound->top + i, top);
-    bound->high |= lanes_less(lanes_all(0), top) << i;
-    if (!lanes_less(ball, lanes_all(enough))) {
+/* ---- stages ------------------------------------------------------------------------------- */
+
+/* What one stage leaves to the next, of as many pieces as there are lanes. Each stage is done with
+ * all of the block before the next begins: what it computes of one lot does not wait for the lot
+ * before, and little of it has to be kept in registers. */
+typedef struct stage {
+    place p;
+    lanes up;
+    frame f;
+    quadratic about, form; /* the distance about the centre; from below */
+    lanes mu, x_n, off;
+} stage;
+
+_Static_assert(sizeof(stage) * (BTG_BLOCK / BTG_LANES) <= sizeof(btg_block_room),
+               "the stages need more room");
+
+static ALWAYS_INLINE stage *stage_of(btg_block_bound *bound, uint32_t i) {
+    return (stage *)(void *)&bound->room + i / BTG_LANES;
+}
+
+/* Where the centres are, and what the balls say. Bits: the first of each lot that has a ball nearer
+ * than enough. */
+static BTG_APART unsigned place_centres(const btg_block *block, const btg_tool_element *e,
+                                        const btg_placement *at, double enough,
+                                        btg_block_bound *bound) {
+    unsigned near = 0;
+    for (uint32_t i = 0; i < block->count; i += BTG_LANES) {
+        stage *s = stage_of(bound, i);
+        s->p = place_of(lanes3_load(&block->at.s, (int)i), e, at);
+        lanes distance = lanes_sub(s->p.far, lanes_all(e->corner_radius_mm));
+        lanes radius = lanes_load(block->radius + i), ball = lanes_sub(distance, radius);
+        s->up = reach_up(block, (int)i, at->axis);
+        lanes top = lanes_add(s->p.height, lanes_min(radius, s->up)), zero = lanes_all(0);
+        lanes_store(bound->distance + i, distance);
+        lanes_store(bound->height + i, s->p.height);
+        lanes_store(bound->top + i, top);
         lanes_store(bound->low + i, ball);
         lanes_store(bound->form + i, ball);
         lanes_store(bound->least + i, distance);
-        lanes_store(bound->s + i, lanes_all(0));
-        lanes_store(bound->t + i, lanes_all(0));
-        return;
+        lanes_store(bound->s + i, zero);
+        lanes_store(bound->t + i, zero);
+        bound->high |= lanes_less(zero, top) << i;
+        near |= (unsigned)(lanes_less(ball, lanes_all(enough)) != 0) << i;
     }
-    frame f = frame_of(block, i, at, &p);
-    lanes zero = lanes_all(0), across_here = lanes_if_less(p.height, zero, p.inverse_far, zero);
-    quadratic about = form_of(&f, across_here, lanes_mul(p.n_r, p.inverse_r), lanes_all(1));
-    lanes off, s, t;
-    near_least(&about, &s, &t);
-    if (triangles) into_triangle(&about, &s, &t);
-    lanes mu = lanes_mad(lanes_mul(f.ma, s), f.mb, t);
-    lanes x_n = lanes_mad(lanes_mul(f.na, s), f.nb, t);
-    quadratic q = lower_form(e, &p, &f, up, lanes_load(block->error + i), x_n, mu, &off);
-    minimum least = triangles ? least_in_triangle(&q) : least_in_square(&q);
-    lanes form = lanes_add(distance, lanes_sub(least.value, off));
-    lanes low = lanes_max(lanes_max(form, bound_by_extent(&p, e, radius, up)), ball);
-    lanes_store(bound->form + i, form);
-    lanes_store(bound->low + i, low);
-    lanes_store(bound->least + i, lanes_add(distance, value_at(&about, least.s, least.t)));
-    lanes_store(bound->s + i, least.s);
-    lanes_store(bound->t + i, least.t);
-    bound->deep |= lanes_less(low, lanes_all(enough)) << i;
-    if (triangles) return;
-    lanes without = lanes_add(form, lanes_load(block->error + i));
-    bound->tail |= (lanes_less(form, lanes_all(enough)) & ~lanes_less(without, lanes_all(enough)))
-                   << i;
+    return near;
+}
+
+/* The distance about the centres, and near which places it is least. */
+static ALWAYS_INLINE void expand(const btg_block *block, unsigned lots, bool triangles,
+                                 const btg_placement *at, btg_block_bound *bound) {
+    for (; lots; lots &= lots - 1) {
+        int i = btg_lowest_bit(lots);
+        stage *st = stage_of(bound, (uint32_t)i);
+        const place *p = &st->p;
+        frame f = frame_of(block, i, at, p);
+        lanes zero = lanes_all(0), bend = lanes_if_less(p->height, zero, p->inverse_far, zero);
+        quadratic about = form_of(&f, bend, lanes_mul(p->n_r, p->inverse_r), lanes_all(1));
+        lanes s, t;
+        near_least(&about, &s, &t);
+        if (triangles) into_triangle(&about, &s, &t);
+        st->mu = lanes_mad(lanes_mul(f.ma, s), f.mb, t);
+        st->x_n = lanes_mad(lanes_mul(f.na, s), f.nb, t);
+        st->f = f;
+        st->about = about;
+    }
+}
+
+static BTG_APART void expand_sheets(const btg_block *block, unsigned lots, const btg_placement *at,
+                                    btg_block_bound *bound) {
+    expand(block, lots, false, at, bound);
+}
+
+static BTG_APART void expand_triangles(const btg_block *block, unsigned lots,
+                                       const btg_placement *at, btg_block_bound *bound) {
+    expand(block, lots, true, at, bound);
+}
+
+static BTG_APART void bound_from_below(const btg_block *block, const btg_tool_element *e,
+                                       unsigned lots, btg_block_bound *bound) {
+    for (; lots; lots &= lots - 1) {
+        int i = btg_lowest_bit(lots);
+        stage *s = stage_of(bound, (uint32_t)i);
+        lanes error = lanes_load(block->error + i);
+        s->form = lower_form(e, &s->p, &s->f, s->up, error, s->x_n, s->mu, &s->off);
+    }
+}
+
+static ALWAYS_INLINE void take_least(const btg_block *block, const btg_tool_element *e,
+                                     unsigned lots, bool triangles, double enough,
+                                     btg_block_bound *bound) {
+    lanes limit = lanes_all(enough);
+    for (; lots; lots &= lots - 1) {
+        int i = btg_lowest_bit(lots);
+        const stage *s = stage_of(bound, (uint32_t)i);
+        minimum least = triangles ? least_in_triangle(&s->form) : least_in_square(&s->form);
+        lanes distance = lanes_load(bound->distance + i), ball = lanes_load(bound->low + i);
+        lanes form = lanes_add(distance, lanes_sub(least.value, s->off));
+        lanes extent = bound_by_extent(&s->p, e, lanes_load(block->radius + i), s->up);
+        lanes low = lanes_max(lanes_max(form, extent), ball);
+        lanes_store(bound->form + i, form);
+        lanes_store(bound->low + i, low);
+        lanes_store(bound->least + i, lanes_add(distance, value_at(&s->about, least.s, least.t)));
+        lanes_store(bound->s + i, least.s);
+        lanes_store(bound->t + i, least.t);
+        bound->deep |= lanes_less(low, limit) << i;
+        if (triangles) continue;
+        lanes without = lanes_add(form, lanes_load(block->error + i));
+        bound->tail |= (lanes_less(form, limit) & ~lanes_less(without, limit)) << i;
+    }
+}
+
+static BTG_APART void take_least_of_sheets(const btg_block *block, const btg_tool_element *e,
+                                           unsigned lots, double enough, btg_block_bound *bound) {
+    take_least(block, e, lots, false, enough, bound);
+}
+
+static BTG_APART void take_least_of_triangles(const btg_block *block, const btg_tool_element *e,
+                                              unsigned lots, double enough,
+                                              btg_block_bound *bound) {
+    take_least(block, e, lots, true, enough, bound);
 }
 
 /* Steps to a corner of a triangle: along n, the ring and the radius. */
@@ -449,29 +526,30 @@ static ALWAYS_INLINE void corners_from(const btg_block *block, int i, const btg_
     bound->deep = (bound->deep & ~(all << i)) | lanes_less(low, lanes_all(enough)) << i;
 }
 
-/* Kernels stand apart, so that neither has the other's frame above it. */
-static BTG_APART void triangle_bounds(const btg_block *block, const btg_tool_element *e,
-                                      const btg_placement *at, double enough,
+static BTG_APART void look_at_corners(const btg_block *block, const btg_tool_element *e,
+                                      const btg_placement *at, unsigned lots, double enough,
                                       btg_block_bound *bound) {
-    for (uint32_t i = 0; i < block->count; i += BTG_LANES) {
-        bounds_from(block, (int)i, true, e, at, enough, bound);
-        if (bound->deep >> i) corners_from(block, (int)i, e, at, enough, bound);
+    for (; lots; lots &= lots - 1) {
+        int i = btg_lowest_bit(lots);
+        if (bound->deep >> i) corners_from(block, i, e, at, enough, bound);
     }
-}
-
-static BTG_APART void sheet_bounds(const btg_block *block, const btg_tool_element *e,
-                                   const btg_placement *at, double enough, btg_block_bound *bound) {
-    for (uint32_t i = 0; i < block->count; i += BTG_LANES)
-        bounds_from(block, (int)i, false, e, at, enough, bound);
 }
 
 void btg_block_bounds(const btg_block *block, const btg_tool_element *e, const btg_placement *at,
                       double enough, btg_block_bound *bound) {
     bound->deep = bound->high = bound->tail = 0;
+    unsigned lots = place_centres(block, e, at, enough, bound);
     if (block->triangles)
-        triangle_bounds(block, e, at, enough, bound);
+        expand_triangles(block, lots, at, bound);
     else
-        sheet_bounds(block, e, at, enough, bound);
+        expand_sheets(block, lots, at, bound);
+    bound_from_below(block, e, lots, bound);
+    if (block->triangles) {
+        take_least_of_triangles(block, e, lots, enough, bound);
+        look_at_corners(block, e, at, lots, enough, bound);
+    } else {
+        take_least_of_sheets(block, e, lots, enough, bound);
+    }
     bound->deep &= btg_block_bits(block);
     bound->high &= btg_block_bits(block);
 }

@@ -15,8 +15,8 @@
 #define ALWAYS_INLINE inline
 #endif
 
-/* Doubles that stand side by side in memory: four fours, two cache lines. */
-#define BTG_BLOCK   16
+/* Doubles that stand side by side in memory: six fours, three cache lines. */
+#define BTG_BLOCK   24
 #define BTG_ALIGNED _Alignas(64)
 
 #if defined(__GNUC__) && defined(__AVX__) && !defined(BTG_PLAIN_C)

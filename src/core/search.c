@@ -257,12 +257,14 @@ static void fill_child(const btg_part *part, const btg_node *node, int k, btg_en
 }
 
 /* The pieces of bits `left` wait, the nearest on top: children of `node`, or, NULL, quarters. Once
- * the tool has met something most will have to be opened, in whatever order. */
+ * the tool has met something most will have to be opened, in whatever order; but a drop on
+ * triangles has the best one yet to find. */
 static void push_left(btg_search *search, const btg_block *block, const btg_block_bound *bound,
                       const btg_node *const node[], unsigned left) {
     double key[BTG_BLOCK];
     int order[BTG_BLOCK], count = 0;
-    bool any_order = bound && search->found;
+    bool tilt = search->query.op == BTG_OP_TILT, patches = !node && !block->triangles;
+    bool any_order = bound && search->found && (tilt || patches);
     for (; left; left &= left - 1) {
         int k = btg_lowest_bit(left), i = count++;
         double own = any_order ? 0 : key_of(search, block, bound, k);
