@@ -7,6 +7,9 @@
 #define STEP_MIN 1e-13
 /* From so near the next step is one of those. */
 #define STEP_NEAR 1e-9
+/* So near, the lengths of steps tell the next one's; and what may be left of the way. */
+#define STEP_CLOSE 1e-6
+#define STEP_REST  1e-11
 
 /* The value at a place; false when the tool never meets it. */
 static bool look(const btg_search *search, btg_place place, btg_surface_point *s,
@@ -21,6 +24,7 @@ typedef struct climber {
     btg_surface_point *s, *other; /* there; room for the next */
     btg_ray_hit hit;
     double last;  /* length of the step before */
+    bool newton;  /* that was a whole one of Newton's */
     bool settled; /* the last step was a true one, and as short as counts */
 } climber;
 
@@ -28,6 +32,13 @@ static BTG_APART void plan_step(btg_search *search, const climber *c, btg_step *
     btg_placement tool;
     btg_ray_touch(&search->query, c->s->s, &c->hit, &tool, &search->near);
     btg_step_make(search, c->at, c->s, &tool, &search->near, step);
+}
+
+/* Newton's steps square the distance: from the lengths of two of them, is the third one shorter
+ * than counts? */
+static bool arrived(const climber *c, double length, double scale) {
+    double ratio = length / c->last;
+    return c->newton && length < STEP_CLOSE * scale && length * ratio * ratio < STEP_REST * scale;
 }
 
 /* One step; false: none leads up from here. */
@@ -55,13 +66,15 @@ static bool step_up(btg_search *search, climber *c) {
             return false;
         }
         if (!closing && hit.value < c->hit.value) continue;
+        c->settled = closing && arrived(c, length, search->part->scale);
+        c->newton = closing;
         c->last = length;
         c->at = next;
         c->hit = hit;
         btg_surface_point *swap = c->s;
         c->s = c->other;
         c->other = swap;
-        return true;
+        return !c->settled;
     }
     return false;
 }
