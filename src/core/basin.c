@@ -197,30 +197,32 @@ static frame_box box_about(const btg_cell *cell, btg_place place, double speed_u
 
 /* How deep a basin may be, part of the clearance: a polish leaves slopes. */
 #define BASIN_SHARE 0.25
-/* Reaches that are tried: from the tool's size down by this, to this part of it. */
-#define REACH_STEP 0.7
-#define REACH_MIN  4e-6
+/* Reaches that are tried: from the tool's size down to this part of it, by steps from the least to
+ * the most; what is left of the curvature falls with the square. */
+#define REACH_SAFE  0.97
+#define REACH_LEAST 0.4
+#define REACH_MOST  0.9
+/* Shares of x_m^2 spent. */
+#define LESS      0.6
+#define MORE      0.9
+#define REACH_MIN 4e-6
 
 /* Slopes at a contact: into the item at its edges, not below 0, and what is left of the others. */
 typedef struct basin_slopes {
     double u, v, left;
 } basin_slopes;
 
-/* Clear for all steps up to `reach` into the item, but for what the slopes that are left make of
- * it, `deep` at most: slopes into it are turned into curvature, g t >= (g / reach) t^2, and above
- * k t^2 the others lead down by g^2 / (4 k) at the most. */
-static BTG_APART bool holds_at_share(const expansion *x, double reach, double share,
-                                     const basin_slopes *slope, double deep) {
+/* Not negative: clear for all steps up to `reach` into the item, but for what the slopes that are
+ * left make of it, `deep` at most: slopes into it are turned into curvature, g t >= (g / reach)
+ * t^2, and above k t^2 the others lead down by g^2 / (4 k) at the most. What k is above that. */
+static BTG_APART double margin(const expansion *x, double reach, double share,
+                               const basin_slopes *slope, double deep) {
     lower_bound b;
-    if (!bound_within(x, &(span){reach, reach, reach}, share, &b)) return false;
+    if (!bound_within(x, &(span){reach, reach, reach}, share, &b)) return -INFINITY;
     double uu = b.huu + 2 * slope->u / reach, vv = b.hvv + 2 * slope->v / reach;
     double least = 0.5 * (uu + vv) - norm2(0.5 * (uu - vv), b.huv);
     double k = 0.5 * least - b.cubic * reach, g = slope->left;
-    return k >= 0 && (g * reach <= deep || g * g <= 4 * k * deep);
-}
-
-static bool basin_holds(const expansion *x, double reach, const basin_slopes *slope, double deep) {
-    return holds_at_share(x, reach, 0.9, slope, deep) || holds_at_share(x, reach, 0.6, slope, deep);
+    return g * reach <= deep ? k : k - g * g / (4 * deep);
 }
 
 static double widest_basin(const btg_tool_element *e) {
@@ -243,10 +245,14 @@ static BTG_APART double widest_reach(const btg_search *search, const btg_tool_el
                                      const expansion *x, const basin_slopes *slope, double deep) {
     double reach = min2(search->part->scale, widest_basin(e));
     if (x->curved) reach = min2(reach, likely_reach(x));
-    double least = REACH_MIN * reach;
-    if (!basin_holds(x, least, slope, deep)) return 0;
-    while (reach > least && !basin_holds(x, reach, slope, deep))
-        reach *= REACH_STEP;
+    double least = REACH_MIN * reach, k0 = margin(x, least, LESS, slope, deep);
+    if (!(k0 >= 0)) return 0;
+    while (reach > least) {
+        double k = margin(x, reach, MORE, slope, deep);
+        if (k < 0) k = max2(k, margin(x, reach, LESS, slope, deep));
+        if (k >= 0) break;
+        reach *= min2(max2(REACH_SAFE * sqrt(k0 / (k0 - k)), REACH_LEAST), REACH_MOST);
+    }
     return max2(reach, least);
 }
 
