@@ -5,10 +5,10 @@
 
 #include <string.h>
 
-/* Patches are cut into pieces, down to this depth, until their bend is this part of their size:
- * about as curved as a sheet can be and still tell. */
+/* Patches are cut into pieces, down to this depth, until their bend is this part of their size. What
+ * stands in nodes need not be evaluated. */
 #define PIECE_DEPTH 4
-#define PIECE_BEND  0.06
+#define PIECE_BEND  0.015
 
 /* Morton codes: bits a coordinate, and bits sorted at a time. */
 #define CODE_BITS  16
