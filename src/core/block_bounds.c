@@ -402,6 +402,18 @@ static BTG_APART unsigned place_centres(const btg_block *block, const btg_tool_e
     return near;
 }
 
+/* The pieces in the frames of their centres: apart where registers are few. */
+#define FRAMES_APART (BTG_LANES == 4)
+
+static BTG_APART void set_frames(const btg_block *block, unsigned lots, const btg_placement *at,
+                                 btg_block_bound *bound) {
+    for (; lots; lots &= lots - 1) {
+        int i = btg_lowest_bit(lots);
+        stage *s = stage_of(bound, (uint32_t)i);
+        s->f = frame_of(block, i, at, &s->p);
+    }
+}
+
 /* The distance about the centres, and near which places it is least. */
 static ALWAYS_INLINE void expand(const btg_block *block, unsigned lots, bool triangles,
                                  const btg_placement *at, btg_block_bound *bound) {
@@ -409,7 +421,7 @@ static ALWAYS_INLINE void expand(const btg_block *block, unsigned lots, bool tri
         int i = btg_lowest_bit(lots);
         stage *st = stage_of(bound, (uint32_t)i);
         const place *p = &st->p;
-        frame f = frame_of(block, i, at, p);
+        frame f = FRAMES_APART ? st->f : frame_of(block, i, at, p);
         lanes zero = lanes_all(0), bend = lanes_if_less(p->height, zero, p->inverse_far, zero);
         quadratic about = form_of(&f, bend, lanes_mul(p->n_r, p->inverse_r), lanes_all(1));
         lanes s, t;
@@ -417,7 +429,7 @@ static ALWAYS_INLINE void expand(const btg_block *block, unsigned lots, bool tri
         if (triangles) into_triangle(&about, &s, &t);
         st->mu = lanes_mad(lanes_mul(f.ma, s), f.mb, t);
         st->x_n = lanes_mad(lanes_mul(f.na, s), f.nb, t);
-        st->f = f;
+        if (!FRAMES_APART) st->f = f;
         st->about = about;
     }
 }
@@ -539,6 +551,7 @@ void btg_block_bounds(const btg_block *block, const btg_tool_element *e, const b
                       double enough, btg_block_bound *bound) {
     bound->deep = bound->high = bound->tail = 0;
     unsigned lots = place_centres(block, e, at, enough, bound);
+    if (FRAMES_APART) set_frames(block, lots, at, bound);
     if (block->triangles)
         expand_triangles(block, lots, at, bound);
     else
