@@ -94,8 +94,12 @@ static BTG_APART void point_of_rational(const btg_patch *patch, double u, double
                                         btg_surface_point *point) {
     form f = form_at(patch, patch->degree_u, patch->degree_v, u, v);
     double h[6][4];
-    for (int k = 0; k < 6; k++)
-        lanes_store_four(h[k], f.d[k]);
+    lanes_store_four(h[0], f.d[0]);
+    lanes_store_four(h[1], f.d[1]);
+    lanes_store_four(h[2], f.d[2]);
+    lanes_store_four(h[3], f.d[3]);
+    lanes_store_four(h[4], f.d[4]);
+    lanes_store_four(h[5], f.d[5]);
     quotient(h, point);
     point->s = vec_add(point->s, patch->origin);
 }
@@ -134,24 +138,34 @@ static ALWAYS_INLINE double *row_of(btg_surface_block *out, int k, int c) {
 static ALWAYS_INLINE int first_of(int four) {
     return 4 * four;
 }
-static ALWAYS_INLINE void store(const form *f, int four, int c, btg_surface_block *out) {
-    for (int k = 0; k < 6; k++)
-        lanes_store(row_of(out, k, c) + 4 * four, f->d[k]);
+static ALWAYS_INLINE void store_row(lanes a, int four, double *row) {
+    lanes_store(row + 4 * four, a);
 }
 #else
 static ALWAYS_INLINE int first_of(int four) {
     return 4 * (four & ~1);
 }
-static ALWAYS_INLINE void store(const form *f, int four, int c, btg_surface_block *out) {
-    for (int k = 0; k < 6; k++) {
-        double *to = row_of(out, k, c) + first_of(four);
-        if (four & 1)
-            lanes_store_upper(to, f->d[k]);
-        else
-            lanes_store(to, f->d[k]);
-    }
+static ALWAYS_INLINE void store_row(lanes a, int four, double *row) {
+    if (four & 1)
+        lanes_store_upper(row + first_of(four), a);
+    else
+        lanes_store(row + first_of(four), a);
 }
 #endif
+
+/* A loop would keep the form in memory where it is not unrolled. */
+static ALWAYS_INLINE void store(const form *f, int four, int c, btg_surface_block *out) {
+    store_row(f->d[0], four, row_of(out, 0, c));
+    store_row(f->d[1], four, row_of(out, 1, c));
+    store_row(f->d[2], four, row_of(out, 2, c));
+    store_row(f->d[3], four, row_of(out, 3, c));
+    store_row(f->d[4], four, row_of(out, 4, c));
+    store_row(f->d[5], four, row_of(out, 5, c));
+}
+
+static ALWAYS_INLINE lanes load(btg_surface_block *from, int k, int c, int four) {
+    return lanes_load(row_of(from, k, c) + first_of(four));
+}
 
 static ALWAYS_INLINE lanes centred(const double *parameter, int four) {
     return lanes_sub(lanes_load(parameter + first_of(four)), lanes_all(0.5));
@@ -184,16 +198,14 @@ static BTG_APART void evaluate_any(const btg_patch *patch, int four, const doubl
 static BTG_APART void divide(const form *w, double origin, int four, int c,
                              btg_surface_block *out) {
     lanes k = w->d[0], two = lanes_all(2);
-    form n, q;
-    for (int i = 0; i < 6; i++)
-        n.d[i] = lanes_load(row_of(out, i, c) + first_of(four));
-    q.d[0] = lanes_mul(n.d[0], k);
-    q.d[1] = lanes_mul(lanes_sub(n.d[1], lanes_mul(q.d[0], w->d[1])), k);
-    q.d[2] = lanes_mul(lanes_sub(n.d[2], lanes_mul(q.d[0], w->d[2])), k);
-    lanes uu = lanes_sub(n.d[3], lanes_mul(two, lanes_mul(q.d[1], w->d[1])));
-    lanes uv = lanes_sub(n.d[4], lanes_mul(q.d[1], w->d[2]));
+    form q;
+    q.d[0] = lanes_mul(load(out, 0, c, four), k);
+    q.d[1] = lanes_mul(lanes_sub(load(out, 1, c, four), lanes_mul(q.d[0], w->d[1])), k);
+    q.d[2] = lanes_mul(lanes_sub(load(out, 2, c, four), lanes_mul(q.d[0], w->d[2])), k);
+    lanes uu = lanes_sub(load(out, 3, c, four), lanes_mul(two, lanes_mul(q.d[1], w->d[1])));
+    lanes uv = lanes_sub(load(out, 4, c, four), lanes_mul(q.d[1], w->d[2]));
     uv = lanes_sub(uv, lanes_mul(q.d[2], w->d[1]));
-    lanes vv = lanes_sub(n.d[5], lanes_mul(two, lanes_mul(q.d[2], w->d[2])));
+    lanes vv = lanes_sub(load(out, 5, c, four), lanes_mul(two, lanes_mul(q.d[2], w->d[2])));
     q.d[3] = lanes_mul(lanes_sub(uu, lanes_mul(q.d[0], w->d[3])), k);
     q.d[4] = lanes_mul(lanes_sub(uv, lanes_mul(q.d[0], w->d[4])), k);
     q.d[5] = lanes_mul(lanes_sub(vv, lanes_mul(q.d[0], w->d[5])), k);
