@@ -98,17 +98,6 @@ static BTG_APART void order_anew(btg_search *search) {
     order(search);
 }
 
-/* The walk's start: the roots of the tree. */
-static void start(btg_search *search) {
-    search->top = 0;
-    for (int i = 0; i < 2; i++) {
-        if (search->part->root[i] == BTG_NODE_NONE) continue;
-        btg_entry *e = push(search, vec(0, 0, 0), INFINITY);
-        e->node = search->part->root[i];
-        e->key = 0;
-    }
-}
-
 BTG_APART bool btg_search_start_gouges(const btg_search *search, btg_vec3 point, uint32_t element) {
     const btg_tool_element *e = &search->query.tool->element[element];
     btg_placement start = btg_ray_place(&search->query, 0);
@@ -254,6 +243,24 @@ static void fill_child(const btg_part *part, const btg_node *node, int k, btg_en
         fetch(part->order + node->child[k], 1);
     }
     e->count = node->count[k];
+}
+
+/* What waits at first: the roots of the tree; where the tool stands somewhere, what is below them.
+ */
+static void start(btg_search *search) {
+    const btg_part *part = search->part;
+    search->top = 0;
+    for (int i = 0; i < 2; i++) {
+        if (part->root[i] == BTG_NODE_NONE) continue;
+        const btg_node *root = placed(search) ? &part->nodes[part->root[i]] : NULL;
+        for (int k = 0; k < (root ? 4 : 1); k++) {
+            if (root && root->kind[k] == BTG_CHILD_NONE) continue;
+            btg_entry *e = push(search, vec(0, 0, 0), INFINITY);
+            e->node = part->root[i];
+            e->key = 0;
+            if (root) fill_child(part, root, k, e);
+        }
+    }
 }
 
 /* The pieces of bits `left` wait, the nearest on top: children of `node`, or, NULL, quarters. Once
