@@ -10,6 +10,9 @@
 #define FINISHES 4
 #define POLISHES 3
 
+/* Leaves of triangles that are opened together. */
+#define LEAVES (BTG_BLOCK / BTG_LEAF_TRIANGLES)
+
 /* Pieces below this part of the tool's radius are worth the first polish of a drop. */
 #define FIRST_POLISH 0.25
 
@@ -394,27 +397,41 @@ static bool waits_node(const btg_search *search) {
     return search->top > 0 && search->stack[search->top - 1].node != BTG_NODE_NONE;
 }
 
-static bool waits_piece(const btg_search *search) {
+static bool waits_item(const btg_search *search, bool leaf) {
     if (search->top == 0) return false;
     const btg_entry *e = &search->stack[search->top - 1];
-    return e->node == BTG_NODE_NONE && e->piece.item != BTG_CELL_MANY;
+    return e->node == BTG_NODE_NONE && (e->piece.item == BTG_CELL_MANY) == leaf;
 }
 
-/* A leaf's triangles. */
-static void look_at_leaf(btg_search *search, const btg_entry *entry) {
-    const uint32_t *triangle = search->part->order + entry->piece.quarters;
-    uint32_t count = entry->count;
-    for (uint32_t first = 0; first < count; first += BTG_BLOCK) {
-        uint32_t n = count - first < BTG_BLOCK ? count - first : BTG_BLOCK;
-        btg_block_of_triangles(search->part, triangle + first, n, &search->block);
-        search->nodes += n;
-        open_block(search);
-    }
+static bool waits_piece(const btg_search *search) {
+    return waits_item(search, false);
+}
+
+static bool waits_leaf(const btg_search *search) {
+    return waits_item(search, true);
 }
 
 /* So many are opened together: once the tool has met something, most will have to be. */
 static uint32_t together(const btg_search *search) {
     return search->found ? BTG_PIECES : 2;
+}
+
+/* The triangles of leaves, together. They lie far and wide in memory: all are asked for before any
+ * is read. */
+static void look_at_leaves(btg_search *search) {
+    const btg_part *part = search->part;
+    uint32_t triangle[BTG_BLOCK], n = 0;
+    for (uint32_t most = BTG_LEAF_TRIANGLES * (search->found ? LEAVES : 1);
+         n + BTG_LEAF_TRIANGLES <= most && waits_leaf(search);) {
+        const btg_entry *leaf = &search->stack[--search->top];
+        for (uint32_t i = 0; i < leaf->count; i++, n++) {
+            triangle[n] = part->order[leaf->piece.quarters + i];
+            fetch(part->triangles[triangle[n]], sizeof *part->triangles);
+        }
+    }
+    btg_block_of_triangles(part, triangle, n, &search->block);
+    search->nodes += n;
+    open_block(search);
 }
 
 /* Looks at what is on top of the stack: nodes together, and pieces, all of patches or all of
@@ -431,8 +448,8 @@ static void look_at_top(btg_search *search) {
         open_nodes(search, node, n);
         return;
     }
-    if (!waits_piece(search)) {
-        look_at_leaf(search, &search->stack[--search->top]);
+    if (waits_leaf(search)) {
+        look_at_leaves(search);
         return;
     }
     const btg_piece *piece[BTG_PIECES] = {&search->stack[--search->top].piece};
