@@ -5,8 +5,8 @@
 
 #include <string.h>
 
-/* Patches are cut into pieces, down to this depth, until their bend is this part of their size. What
- * stands in nodes need not be evaluated. */
+/* Patches are cut into pieces, down to this depth, until their bend is this part of their size.
+ * What stands in nodes need not be evaluated. */
 #define PIECE_DEPTH 4
 #define PIECE_BEND  0.015
 
