@@ -19,6 +19,8 @@
 #define STEP_MAX  0.6
 /* Along the ring, in radii: a shorter step is straight. */
 #define STRAIGHT 0.03
+/* A triangle's side is as wide as that, in its parameters. */
+#define ON_SIDE 1e-14
 /* An item that stands steeper in the tool's frame has no polar coordinates (sine). */
 #define STEEP 0.1
 
@@ -104,25 +106,29 @@ static bool newton_step(const model *m, bool free_u, bool free_v, double *du, do
     return h > 0;
 }
 
-/* On the third side of a triangle with the way out barred: one parameter along it is left. */
-static bool on_third_side(const model *m, btg_place at) {
-    return at.u + at.v >= 1 && m->gu + m->gv < 0;
+static bool on_third_side(btg_place at) {
+    return at.u + at.v >= 1 - ON_SIDE;
 }
 
-static bool third_side_step(const model *m, double *du, double *dv) {
+/* Along the third side of a triangle; no further than its corners. */
+static bool third_side_step(const model *m, btg_place at, double *du, double *dv) {
     double g = m->gu - m->gv, h = m->huu - 2 * m->huv + m->hvv;
     *du = h != 0 ? -g / fabs(h) : 0;
     *dv = -*du;
-    return h > 0;
+    bool held = (at.u <= 0 && *du < 0) || (at.v <= 0 && *dv < 0);
+    if (held) *du = *dv = 0;
+    return held || h > 0;
 }
 
 static BTG_APART bool step_from(const btg_search *search, const model *m, btg_place at, double *du,
                                 double *dv) {
     bool free_u = !(at.u <= 0 && m->gu > 0) && !(at.u >= 1 && m->gu < 0);
     bool free_v = !(at.v <= 0 && m->gv > 0) && !(at.v >= 1 && m->gv < 0);
-    bool triangle = at.item >= search->part->patch_count;
-    if (triangle && free_u && free_v && on_third_side(m, at)) return third_side_step(m, du, dv);
+    bool third = btg_is_triangle(search->part, at.item) && on_third_side(at);
+    if (!free_u && !free_v) return true; /* held by a corner */
+    if (third && free_u && free_v && m->gu + m->gv < 0) return third_side_step(m, at, du, dv);
     bool newton = newton_step(m, free_u, free_v, du, dv);
+    if (third && *du + *dv > 0) return third_side_step(m, at, du, dv);
     if (!free_u || !free_v) return newton;
     /* A step out through one side goes along that side. */
     bool out_u = (at.u <= 0 && *du < 0) || (at.u >= 1 && *du > 0);
@@ -130,8 +136,8 @@ static BTG_APART bool step_from(const btg_search *search, const model *m, btg_pl
     return out_u != out_v ? newton_step(m, !out_u, !out_v, du, dv) : newton;
 }
 
-btg_place btg_step_move(const btg_search *search, btg_place from, const btg_step *step,
-                        double part) {
+/* Where a part of the step leads, held by nothing. */
+static btg_place step_end(btg_place from, const btg_step *step, double part) {
     double du = part * step->du, dv = part * step->dv;
     if (step->round) {
         /* about that turn, by the tangent of its half */
@@ -141,17 +147,44 @@ btg_place btg_step_move(const btg_search *search, btg_place from, const btg_step
         du = along * step->along_uv[0] + out * step->out_uv[0];
         dv = along * step->along_uv[1] + out * step->out_uv[1];
     }
-    btg_place to = {from.item, from.u + du, from.v + dv};
+    return (btg_place){from.item, from.u + du, from.v + dv};
+}
+
+/* Onto a triangle's sides where next to them. */
+static btg_place into_triangle(btg_place to) {
+    to.u = to.u < ON_SIDE ? 0 : to.u;
+    to.v = to.v < ON_SIDE ? 0 : to.v;
+    if (!on_third_side(to)) return to;
+    double over = 0.5 * (to.u + to.v - 1); /* nearest point of the third side */
+    to.u -= over;
+    to.v -= over;
+    if (to.u < ON_SIDE) to = (btg_place){to.item, 0, 1};
+    if (to.v < ON_SIDE) to = (btg_place){to.item, 1, 0};
+    return to;
+}
+
+btg_place btg_step_move(const btg_search *search, btg_place from, const btg_step *step,
+                        double part) {
+    btg_place to = step_end(from, step, part);
     to.u = to.u < 0 ? 0 : (to.u > 1 ? 1 : to.u);
     to.v = to.v < 0 ? 0 : (to.v > 1 ? 1 : to.v);
-    if (from.item >= search->part->patch_count && to.u + to.v > 1) {
-        double over = 0.5 * (to.u + to.v - 1); /* nearest point of the third side */
-        to.u -= over;
-        to.v -= over;
-        if (to.u < 0) to = (btg_place){from.item, 0, 1};
-        if (to.v < 0) to = (btg_place){from.item, 1, 0};
-    }
-    return to;
+    return btg_is_triangle(search->part, from.item) ? into_triangle(to) : to;
+}
+
+/* A straight step out of a triangle ends on the side that it meets first. */
+static void stop_at_side(btg_place at, btg_step *step) {
+    double du = step->du, dv = step->dv, part = 1;
+    if (du < 0) part = min2(part, -at.u / du);
+    if (dv < 0) part = min2(part, -at.v / dv);
+    if (du + dv > 0) part = min2(part, max2(1 - at.u - at.v, 0) / (du + dv));
+    if (part == 1) return;
+    step->newton = false;
+    step->du *= part;
+    step->dv *= part;
+}
+
+static bool outside_triangle(btg_place at) {
+    return at.u < 0 || at.v < 0 || at.u + at.v > 1;
 }
 
 /* How far the tool's size lets a step go. */
@@ -205,11 +238,18 @@ void btg_step_make(const btg_search *search, btg_place at, const btg_surface_poi
     step->speed_v = sqrt(m.vv);
     step->newton = step_from(search, &m, at, &step->du, &step->dv);
     double length = norm2(step->du * step->speed_u, step->dv * step->speed_v);
-    if (!(length > STRAIGHT * step_max(search))) return;
+    bool long_way = length > STRAIGHT * step_max(search), newton = step->newton;
     bool inside = at.u > 0 && at.u < 1 && at.v > 0 && at.v < 1;
-    if (inside && step_round(search, point, tool, distance, &m, step)) return;
-    if (length <= step_max(search)) return;
-    step->du *= step_max(search) / length;
-    step->dv *= step_max(search) / length;
-    step->newton = false;
+    bool triangle = btg_is_triangle(search->part, at.item);
+    if (long_way && inside && step_round(search, point, tool, distance, &m, step)) {
+        if (!triangle || !outside_triangle(step_end(at, step, 1))) return;
+        step->round = false;
+        step->newton = newton;
+    }
+    if (length > step_max(search)) {
+        step->du *= step_max(search) / length;
+        step->dv *= step_max(search) / length;
+        step->newton = false;
+    }
+    if (triangle) stop_at_side(at, step);
 }
