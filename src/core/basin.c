@@ -164,9 +164,9 @@ static bool add_ring(const expansion *x, const span *p, double share, lower_boun
 
 /* The least distance where V, the polynomial's part of the bound, is at least that. */
 static double distance_from(const expansion *x, double v) {
-    if (!x->curved || v >= 0) return x->distance + v;
+    if (!x->curved) return x->distance + v;
     if (v < -0.25 * x->ring_distance) return -INFINITY;
-    return x->distance + v - v * v / x->ring_distance;
+    return v < 0 ? x->distance + v - v * v / x->ring_distance : x->distance;
 }
 
 static bool bound_within(const expansion *x, const span *p, double share, lower_bound *out) {
