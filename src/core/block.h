@@ -56,8 +56,8 @@ typedef struct btg_block_bound {
     double s[BTG_BLOCK], t[BTG_BLOCK];
     unsigned deep; /* bits: low < enough */
     unsigned tail; /* bits of patches: form < enough for its third-order error alone */
-    btg_block_room room;
     unsigned high; /* bits: top > 0 */
+    btg_block_room room;
 } btg_block_bound;
 
 /* Bits of all pieces. */

@@ -128,7 +128,8 @@ bool btg_search_start_gouges(const btg_search *search, btg_vec3 point, uint32_t 
 void btg_search_near_p(btg_search *search);
 /* After the walk: the contact that may stand so near P that the walk did not see it. */
 void btg_search_climb_ridges(btg_search *search);
-/* The limit of another item whose cell reaches P, if only its ball does. */
+/* Bits of the pieces of search->block whose balls reach P and that are small enough to tell where
+ * their item comes nearest; and the limit of such an item, if it meets P. */
 unsigned btg_search_reaching_p(const btg_search *search);
 void btg_search_sheet_at_p(btg_search *search, const btg_region *region);
 
