@@ -16,6 +16,10 @@
 /* Pieces below this part of the tool's radius are worth the first polish of a drop. */
 #define FIRST_POLISH 0.25
 
+/* A drop's first contact is sought outside the tool's shadow only after places so much higher, part
+ * of the way out of it. */
+#define OUTSIDE 2
+
 size_t btg_search_stack_size(const btg_part *part) {
     return 16 + BTG_LEAF_TRIANGLES +
            (BTG_BLOCK - 1) * ((size_t)part->node_depth + part->quarters_depth + CUTS_MAX);
@@ -57,16 +61,23 @@ static bool placed(const btg_search *search) {
 
 /* ---- the stack ---------------------------------------------------------------------------- */
 
+/* DROP, nothing met so far. The tool comes to rest near what it meets first: among triangles, where
+ * a contact is polished on its own one alone, near the centre that it meets first; on patches a
+ * polish goes a long way, and what counts is how high a ball may reach. */
+static double first_rank(const btg_search *search, btg_vec3 c, double radius) {
+    const btg_tool_element *e = &search->query.tool->element[0];
+    btg_vec3 d = vec_sub(c, search->query.o), w = search->query.w;
+    double height = vec_dot(d, w), r = vec_norm(vec_mad(d, w, -height)), ri = e->corner_radius_mm;
+    double x = r - e->ring_radius_mm, outside = x - ri;
+    if (search->part->triangle_count == 0) return max2(outside, 0) - height - radius;
+    if (x < 0) x = e->hollow ? -x : 0;
+    return x < ri ? -(height + sqrt((ri - x) * (ri + x))) : OUTSIDE * (x - ri) - height;
+}
+
 /* How soon a region shall be looked at: the smaller the sooner. */
 static double rank(const btg_search *search, btg_vec3 c, double radius) {
-    const btg_tool_element *e = &search->query.tool->element[0];
-    if (search->query.op == BTG_OP_DROP && !search->found) {
-        btg_vec3 d = vec_sub(c, search->query.o), w = search->query.w;
-        double height = vec_dot(d, w), r = vec_norm(vec_mad(d, w, -height));
-        double outside = r - e->ring_radius_mm - e->corner_radius_mm;
-        return (outside > 0 ? outside : 0) - height - radius;
-    }
-    return btg_ray_tool_gap(e, &search->at, c) - radius;
+    if (!placed(search)) return first_rank(search, c, radius);
+    return btg_ray_tool_gap(&search->query.tool->element[0], &search->at, c) - radius;
 }
 
 static btg_entry *push(btg_search *search, btg_vec3 centre, double radius) {
@@ -215,13 +226,13 @@ static void bound_pieces(btg_search *search, const btg_block *block, btg_block_b
 }
 
 /* How soon piece k shall be looked at: the smaller the sooner. */
-static double key_of(const btg_search *search, const btg_block *block, const btg_block_bound *bound,
-                     int k) {
-    if (!bound) return rank(search, btg_block_vector(&block->at.s, k), block->radius[k]);
+static BTG_APART double key_of(const btg_search *search, const btg_block *block,
+                               const btg_block_bound *bound, int k) {
+    if (!bound || !placed(search))
+        return rank(search, btg_block_vector(&block->at.s, k), block->radius[k]);
     /* a ball that is clear by itself may have no other bounds */
     double ball = bound->distance[k] - block->radius[k];
-    if (placed(search)) return ball >= -search->tolerance ? ball : bound->low[k];
-    return max2(bound->distance[k], 0) - bound->height[k] - block->radius[k];
+    return ball >= -search->tolerance ? ball : bound->low[k];
 }
 
 /* What will be read soon is on its way from memory. */
