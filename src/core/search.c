@@ -259,6 +259,10 @@ static void fill_child(const btg_part *part, const btg_node *node, int k, btg_en
     e->count = node->count[k];
 }
 
+static btg_vec3 centre_of(const btg_node *node, int k) {
+    return vec((double)node->centre[0][k], (double)node->centre[1][k], (double)node->centre[2][k]);
+}
+
 /* What waits at first: the roots of the tree; where the tool stands somewhere, what is below them.
  */
 static void start(btg_search *search) {
@@ -269,7 +273,8 @@ static void start(btg_search *search) {
         const btg_node *root = placed(search) ? &part->nodes[part->root[i]] : NULL;
         for (int k = 0; k < (root ? 4 : 1); k++) {
             if (root && root->kind[k] == BTG_CHILD_NONE) continue;
-            btg_entry *e = push(search, vec(0, 0, 0), INFINITY);
+            btg_entry *e = root ? push(search, centre_of(root, k), (double)root->radius[k])
+                                : push(search, vec(0, 0, 0), INFINITY);
             e->node = part->root[i];
             e->key = 0;
             if (root) fill_child(part, root, k, e);
