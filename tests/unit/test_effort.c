@@ -3,6 +3,7 @@
  * one parameter leads nowhere, and sides that the tool just grazes. Effort is counted in nodes. */
 #include "../conformance/rng.h"
 #include "check.h"
+#include "core/part.h"
 #include "hard_parts.h"
 
 #include <math.h>
@@ -14,6 +15,12 @@
 /* The same for drops of a flat end mill. */
 #define FLAT_NODES_MOST 10000
 #define FLAT_FEET       300
+
+/* Squares along a side of a mesh, and the most nodes that its drops may take in the mean: a quarter
+ * above what they take. */
+#define MESH_SIDE       200
+#define MESH_FEET       300
+#define MESH_NODES_MOST 400
 
 /* Feet whose tilt spent the whole budget once. */
 static const struct {
@@ -149,10 +156,54 @@ static void check_flat(int number) {
     model_free(&m);
 }
 
+/* A paper's part as triangles. */
+static void add_mesh(model *m, int number) {
+    model paper = {0};
+    model_paper(&paper, number);
+    btg_part *part = model_part(&paper);
+    if (!part) exit(2);
+    const double h = 1.0 / MESH_SIDE;
+    for (int i = 0; i < MESH_SIDE; i++)
+        for (int k = 0; k < MESH_SIDE; k++) {
+            btg_vec3 a = btg_patch_point(&part->patches[0], i * h, k * h);
+            btg_vec3 b = btg_patch_point(&part->patches[0], (i + 1) * h, k * h);
+            btg_vec3 c = btg_patch_point(&part->patches[0], (i + 1) * h, (k + 1) * h);
+            btg_vec3 d = btg_patch_point(&part->patches[0], i * h, (k + 1) * h);
+            model_triangle(m, a, b, c);
+            model_triangle(m, a, c, d);
+        }
+    btg_part_destroy(part);
+    model_free(&paper);
+}
+
+/* A drop on triangles begins well when its first contact is near the last one. */
+static void check_mesh(int number) {
+    model m = {0};
+    setting s;
+    double nodes = 0;
+    add_mesh(&m, number);
+    open_setting(&s, &m);
+    rng r = rng_of(1, model_paper_name[number], 2);
+    for (int i = 0; i < MESH_FEET; i++) {
+        double x = rng_range(&r, 0, 150), y = rng_range(&r, 0, 150);
+        btg_drop_query query = btg_position_drop_query(x, y);
+        btg_drop_result drop = {0};
+        btg_drop(s.part, &s.tool, &s.solver, &query, s.workspace, s.size, &drop);
+        CHECK(drop.status == BTG_OK);
+        nodes += drop.nodes;
+    }
+    nodes /= MESH_FEET;
+    printf("%s as triangles: %.0f nodes a drop\n", model_paper_name[number], nodes);
+    CHECK(nodes < MESH_NODES_MOST);
+    close_setting(&s);
+    model_free(&m);
+}
+
 int main(void) {
     for (int i = 0; i < MODEL_PAPERS; i++) {
         check_papers(i);
         check_flat(i);
+        check_mesh(i);
     }
     check_dome();
     return check_result();
