@@ -125,6 +125,7 @@ static BTG_APART bool step_from(const btg_search *search, const model *m, btg_pl
     bool free_u = !(at.u <= 0 && m->gu > 0) && !(at.u >= 1 && m->gu < 0);
     bool free_v = !(at.v <= 0 && m->gv > 0) && !(at.v >= 1 && m->gv < 0);
     bool third = btg_is_triangle(search->part, at.item) && on_third_side(at);
+    *du = *dv = 0;
     if (!free_u && !free_v) return true; /* held by a corner */
     if (third && free_u && free_v && m->gu + m->gv < 0) return third_side_step(m, at, du, dv);
     bool newton = newton_step(m, free_u, free_v, du, dv);
