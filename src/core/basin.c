@@ -151,12 +151,9 @@ static bool add_ring(const expansion *x, const span *p, double share, lower_boun
     double k = 1 - x->ring_radius / r0 - b * off * (1 + 11 * off / r) + aside2 * min2(t4, 0);
     left *= over;
     k *= over;
-    out->huu += left * x->mu * x->mu + k * x->bu * x->bu;
-    out->huv += left * x->mu * x->mv + k * x->bu * x->bv;
-    out->hvv += left * x->mv * x->mv + k * x->bv * x->bv;
-    out->huu += over * x->gu * x->gu;
-    out->huv += over * x->gu * x->gv;
-    out->hvv += over * x->gv * x->gv;
+    out->huu += left * x->mu * x->mu + k * x->bu * x->bu + over * x->gu * x->gu;
+    out->huv += left * x->mu * x->mv + k * x->bu * x->bv + over * x->gu * x->gv;
+    out->hvv += left * x->mv * x->mv + k * x->bv * x->bv + over * x->gv * x->gv;
     out->cubic += 0.5 * over * norm2(x->gu, x->gv) * second + 0.5 * left * x->m1 * bend_m +
                   0.5 * fabs(k) * (x->m1 * bend_b + 0.25 * bend_b * bend_b * p->reach);
     return true;
@@ -199,13 +196,13 @@ static frame_box box_about(const btg_cell *cell, btg_place place, double speed_u
 #define BASIN_SHARE 0.25
 /* Reaches that are tried: from the tool's size down to this part of it, by steps from the least to
  * the most; what is left of the curvature falls with the square. */
+#define REACH_MIN   4e-6
 #define REACH_SAFE  0.97
 #define REACH_LEAST 0.4
 #define REACH_MOST  0.9
 /* Shares of x_m^2 spent. */
-#define LESS      0.6
-#define MORE      0.9
-#define REACH_MIN 4e-6
+#define LESS_SHARE 0.6
+#define MORE_SHARE 0.9
 
 /* Slopes at a contact: into the item at its edges, not below 0, and what is left of the others. */
 typedef struct basin_slopes {
@@ -245,11 +242,11 @@ static BTG_APART double widest_reach(const btg_search *search, const btg_tool_el
                                      const expansion *x, const basin_slopes *slope, double deep) {
     double reach = min2(search->part->scale, widest_basin(e));
     if (x->curved) reach = min2(reach, likely_reach(x));
-    double least = REACH_MIN * reach, k0 = margin(x, least, LESS, slope, deep);
+    double least = REACH_MIN * reach, k0 = margin(x, least, LESS_SHARE, slope, deep);
     if (!(k0 >= 0)) return 0;
     while (reach > least) {
-        double k = margin(x, reach, MORE, slope, deep);
-        if (k < 0) k = max2(k, margin(x, reach, LESS, slope, deep));
+        double k = margin(x, reach, MORE_SHARE, slope, deep);
+        if (k < 0) k = max2(k, margin(x, reach, LESS_SHARE, slope, deep));
         if (k >= 0) break;
         reach *= min2(max2(REACH_SAFE * sqrt(k0 / (k0 - k)), REACH_LEAST), REACH_MOST);
     }

@@ -34,8 +34,8 @@ static BTG_APART void plan_step(btg_search *search, const climber *c, btg_step *
     btg_step_make(search, c->at, c->s, &tool, &search->near, step);
 }
 
-/* Newton's steps square the distance: from the lengths of two of them, is the third one shorter
- * than counts? */
+/* Newton's steps square the distance: by the lengths of two of them next to nothing is left for the
+ * third. */
 static bool arrived(const climber *c, double length, double scale) {
     double ratio = length / c->last;
     return c->newton && length < STEP_CLOSE * scale && length * ratio * ratio < STEP_REST * scale;

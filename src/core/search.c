@@ -66,12 +66,13 @@ static bool placed(const btg_search *search) {
  * polish goes a long way, and what counts is how high a ball may reach. */
 static double first_rank(const btg_search *search, btg_vec3 c, double radius) {
     const btg_tool_element *e = &search->query.tool->element[0];
+    bool triangles = search->part->triangle_count > 0;
+    btg_ray_hit hit;
+    if (triangles && btg_ray_cast(&search->query, c, &hit)) return -hit.value;
     btg_vec3 d = vec_sub(c, search->query.o), w = search->query.w;
-    double height = vec_dot(d, w), r = vec_norm(vec_mad(d, w, -height)), ri = e->corner_radius_mm;
-    double x = r - e->ring_radius_mm, outside = x - ri;
-    if (search->part->triangle_count == 0) return max2(outside, 0) - height - radius;
-    if (x < 0) x = e->hollow ? -x : 0;
-    return x < ri ? -(height + sqrt((ri - x) * (ri + x))) : OUTSIDE * (x - ri) - height;
+    double height = vec_dot(d, w), r = vec_norm(vec_mad(d, w, -height));
+    double outside = max2(r - e->ring_radius_mm - e->corner_radius_mm, 0);
+    return triangles ? OUTSIDE * outside - height : outside - height - radius;
 }
 
 /* How soon a region shall be looked at: the smaller the sooner. */

@@ -128,6 +128,14 @@ static void check_dome(void) {
     model_free(&m);
 }
 
+static btg_drop_result random_drop(setting *s, rng *r) {
+    double x = rng_range(r, 0, 150), y = rng_range(r, 0, 150);
+    btg_drop_query query = btg_position_drop_query(x, y);
+    btg_drop_result drop = {0};
+    btg_drop(s->part, &s->tool, &s->solver, &query, s->workspace, s->size, &drop);
+    return drop;
+}
+
 /* Drops of a flat end mill: its rim stands on the surface at one point, and no bend of the tool
  * tells how its surroundings clear it. */
 static void check_flat(int number) {
@@ -142,10 +150,7 @@ static void check_flat(int number) {
     if (btg_tool_init(&tool, &s.tool, NULL) != BTG_OK) exit(2);
     rng r = rng_of(1, model_paper_name[number], 1);
     for (int i = 0; i < FLAT_FEET; i++) {
-        double x = rng_range(&r, 0, 150), y = rng_range(&r, 0, 150);
-        btg_drop_query query = btg_position_drop_query(x, y);
-        btg_drop_result drop = {0};
-        btg_drop(s.part, &s.tool, &s.solver, &query, s.workspace, s.size, &drop);
+        btg_drop_result drop = random_drop(&s, &r);
         if (drop.nodes > s.most) s.most = drop.nodes;
         CHECK(drop.status == BTG_OK || drop.status == BTG_NO_CONTACT);
         CHECK(drop.nodes < FLAT_NODES_MOST);
@@ -185,10 +190,7 @@ static void check_mesh(int number) {
     open_setting(&s, &m);
     rng r = rng_of(1, model_paper_name[number], 2);
     for (int i = 0; i < MESH_FEET; i++) {
-        double x = rng_range(&r, 0, 150), y = rng_range(&r, 0, 150);
-        btg_drop_query query = btg_position_drop_query(x, y);
-        btg_drop_result drop = {0};
-        btg_drop(s.part, &s.tool, &s.solver, &query, s.workspace, s.size, &drop);
+        btg_drop_result drop = random_drop(&s, &r);
         CHECK(drop.status == BTG_OK);
         nodes += drop.nodes;
     }
