@@ -7,7 +7,9 @@ left, nothing of a file's name that the terminal would obey.
 import os
 import pty
 import re
+import subprocess
 import sys
+import threading
 import unittest
 
 import program
@@ -16,26 +18,28 @@ import program
 class Terminal(program.Case):
     def on_terminal(self, *words, **variables):
         """Everything the program writes, to a terminal."""
-        pid, fd = pty.fork()
-        if pid == 0:
-            environment = {k: v for k, v in os.environ.items() if k != "NO_COLOR"}
-            environment.update({"TERM": "xterm", **variables})
-            try:
-                os.execve(program.PROGRAM, [program.PROGRAM, *words], environment)
-            finally:
-                os._exit(127)
+        environment = {k: v for k, v in os.environ.items() if k != "NO_COLOR"}
+        environment.update({"TERM": "xterm", **variables})
+        # The terminal outlives the program: one that hangs up may lose what was not read yet.
+        end = b"\0the end\0"
+        master, slave = pty.openpty()
+        started = subprocess.Popen(
+            [program.PROGRAM, *words], env=environment, stdin=slave, stdout=slave, stderr=slave, start_new_session=True
+        )
+
+        def say_end():
+            self.code = started.wait()
+            os.write(slave, end)
+
+        ending = threading.Thread(target=say_end)
+        ending.start()
         text = b""
-        while True:
-            try:
-                piece = os.read(fd, 65536)
-            except OSError:
-                break
-            if not piece:
-                break
-            text += piece
-        os.close(fd)
-        self.code = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
-        return text.decode()
+        while not text.endswith(end):
+            text += os.read(master, 65536)
+        ending.join()
+        os.close(slave)
+        os.close(master)
+        return text[: -len(end)].decode()
 
     def bare(self, text):
         return re.sub(r"\x1b\[[0-9;]*[mK]", "", text).replace("\r\n", "\n")
