@@ -85,7 +85,7 @@ class Terminal(program.Case):
 
     def test_progress(self):
         """A bar with rate and time left, gone at the end."""
-        words = ("path", self.part, "--backend", "reference", "--forward-step", "1", "--side-step", "15")
+        words = ("path", self.part, "--backend", "reference", "--forward-step", "0.3", "--side-step", "15")
         shown = self.on_terminal(*words)
         if float(re.search(r"in ([\d.e+-]+) s,", self.bare(shown))[1]) < 1:
             self.skipTest("this machine is done before there is progress to show")
