@@ -126,6 +126,13 @@ static BTG_APART bool best_on_ridge(btg_search *search, btg_place from, const ri
     return most > -INFINITY;
 }
 
+/* The best is a top next to P already: a smooth sheet has one there. */
+static bool is_top_next_to_p(const btg_search *search, btg_place from) {
+    double most = ridge_steps[2] * btg_ray_insert_size(search->query.tool);
+    return search->settled && !search->osculating && search->place.item == from.item &&
+           vec_norm2(vec_sub(search->point, search->query.p)) < most * most;
+}
+
 /* Where the tilt is nearly osculating the value rises from P along the direction of its limit, the
  * ridge, by less than the walk's clearance shows. */
 static void climb_ridge(btg_search *search, btg_place from) {
@@ -133,6 +140,7 @@ static void climb_ridge(btg_search *search, btg_place from) {
     btg_place best;
     if (btg_is_triangle(search->part, from.item) || !find_ridge(search, from, &r)) return;
     climb_edges(search, from, &r);
+    if (is_top_next_to_p(search, from)) return;
     if (best_on_ridge(search, from, &r, &best)) btg_search_polish(search, best);
 }
 

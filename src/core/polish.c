@@ -10,6 +10,8 @@
 /* So near, the lengths of steps tell the next one's; and what may be left of the way. */
 #define STEP_CLOSE 1e-6
 #define STEP_REST  1e-11
+/* A point's distance to the tool, part of the part's size. */
+#define POINT_ROUNDING 1e-15
 
 /* The value at a place; false when the tool never meets it. */
 static bool look(const btg_search *search, btg_place place, btg_surface_point *s,
@@ -41,12 +43,20 @@ static bool arrived(const climber *c, double length, double scale) {
     return c->newton && length < STEP_CLOSE * scale && length * ratio * ratio < STEP_REST * scale;
 }
 
+/* A value is known no better than its point: TILT, close to P, where the distance hardly changes
+ * with the value, much worse. */
+static double value_rounding(const btg_search *search, const btg_step *way) {
+    double own = search->query.op == BTG_OP_DROP ? 4e-15 * search->part->scale : 1e-14;
+    double of_point = POINT_ROUNDING * search->part->scale;
+    return way->by_value > 0 ? max2(own, of_point / way->by_value) : own;
+}
+
 /* One step; false: none leads up from here. */
 static bool step_up(btg_search *search, climber *c) {
     double shortest = STEP_MIN * search->part->scale, near = STEP_NEAR * search->part->scale;
-    double rounding = search->query.op == BTG_OP_DROP ? 4e-15 * search->part->scale : 1e-14;
     btg_step way;
     plan_step(search, c, &way);
+    double rounding = value_rounding(search, &way);
     double part = 1;
     for (int half = 0; half < HALVES_MAX; half++, part *= 0.5) {
         btg_place next = btg_step_move(search, c->at, &way, part);
@@ -62,7 +72,7 @@ static bool step_up(btg_search *search, climber *c) {
         bool closing = way.newton && half == 0 && length < 0.5 * c->last &&
                        hit.value > c->hit.value - rounding;
         if (!closing && fabs(hit.value - c->hit.value) <= rounding) {
-            c->settled = way.newton && length < near;
+            c->settled = way.newton && (length < near || c->newton);
             return false;
         }
         if (!closing && hit.value < c->hit.value) continue;

@@ -27,7 +27,8 @@
 /* Gradient and Hessian along the item's parameters, of -V up to a positive factor. */
 typedef struct model {
     double gu, gv, huu, huv, hvv;
-    double uu, vv; /* squared speeds: the scale of a step */
+    double uu, vv;   /* squared speeds: the scale of a step */
+    double by_value; /* how fast the distance falls with the value, mm a unit */
 } model;
 
 /* What the tool's motion adds, s the point's derivatives along ring and meridian. */
@@ -36,7 +37,7 @@ static void add_motion(const btg_ray_query *q, const btg_surface_point *s,
                        model *m) {
     bool tilt = q->op == BTG_OP_TILT;
     btg_vec3 x = tilt ? vec_cross(q->u, vec_sub(s->s, q->o)) : q->w;
-    double by_value = -vec_dot(d->normal, x);
+    double by_value = m->by_value = -vec_dot(d->normal, x);
     if (!(by_value > 0)) return;
     double t = vec_dot(d->ring_tangent, x), k = vec_dot(d->meridian_tangent, x);
     double xr = d->ring_curvature * t, xm = d->meridian_curvature * k;
@@ -56,13 +57,13 @@ static void add_motion(const btg_ray_query *q, const btg_surface_point *s,
 
 static BTG_APART void set_model(const btg_search *search, const btg_surface_point *s,
                                 const btg_ray_distance *d, model *m) {
-    *m = (model){vec_dot(d->normal, s->su),
-                 vec_dot(d->normal, s->sv),
-                 vec_dot(d->normal, s->suu),
-                 vec_dot(d->normal, s->suv),
-                 vec_dot(d->normal, s->svv),
-                 vec_norm2(s->su),
-                 vec_norm2(s->sv)};
+    *m = (model){.gu = vec_dot(d->normal, s->su),
+                 .gv = vec_dot(d->normal, s->sv),
+                 .huu = vec_dot(d->normal, s->suu),
+                 .huv = vec_dot(d->normal, s->suv),
+                 .hvv = vec_dot(d->normal, s->svv),
+                 .uu = vec_norm2(s->su),
+                 .vv = vec_norm2(s->sv)};
     double ring[2] = {vec_dot(d->ring_tangent, s->su), vec_dot(d->ring_tangent, s->sv)};
     double meridian[2] = {vec_dot(d->meridian_tangent, s->su), vec_dot(d->meridian_tangent, s->sv)};
     double kr = d->ring_curvature, km = d->meridian_curvature;
@@ -234,6 +235,7 @@ void btg_step_make(const btg_search *search, btg_place at, const btg_surface_poi
                    const btg_placement *tool, const btg_ray_distance *distance, btg_step *step) {
     model m;
     set_model(search, point, distance, &m);
+    step->by_value = m.by_value;
     step->round = false;
     step->speed_u = sqrt(m.uu);
     step->speed_v = sqrt(m.vv);

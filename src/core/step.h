@@ -8,6 +8,7 @@ typedef struct btg_step {
     bool newton;   /* the model's own; else it was bent until it was convex, or cut short */
     double du, dv; /* straight, in the item's parameters */
     double speed_u, speed_v;       /* mm */
+    double by_value;               /* how fast the distance to the tool falls with the value, mm */
     bool round;                    /* else straight: along the tool's ring, at r from its axis */
     double r, along, out;          /* along the ring and outward, mm */
     double along_uv[2], out_uv[2]; /* parameters of unit steps, at its start */
