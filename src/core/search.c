@@ -501,6 +501,29 @@ void btg_search_run_near(btg_search *search) {
     finish(search);
 }
 
+/* DROP on patches: the piece that the ranks alone lead to, straight down the tree. False: there are
+ * triangles, each of which has to be climbed on its own. */
+static BTG_APART bool first_piece(btg_search *search, btg_place *at) {
+    const btg_part *part = search->part;
+    if (part->root[1] != BTG_NODE_NONE || search->query.op == BTG_OP_TILT) return false;
+    for (uint32_t n = part->root[0];;) {
+        const btg_node *node = &part->nodes[n];
+        int best = 0;
+        double least = INFINITY;
+        for (int k = 0; k < 4 && node->kind[k] != BTG_CHILD_NONE; k++) {
+            double own = first_rank(search, centre_of(node, k), (double)node->radius[k]);
+            if (own >= least) continue;
+            least = own;
+            best = k;
+        }
+        search->nodes++;
+        n = node->child[best];
+        if (node->kind[best] == BTG_CHILD_NODE) continue;
+        *at = (btg_place){part->pieces[n].item, part->pieces[n].u, part->pieces[n].v};
+        return true;
+    }
+}
+
 /* DROP: a value that places the tool below all of the part. */
 static double below_all(const btg_search *search) {
     const btg_tool_element *e = &search->query.tool->element[0];
@@ -530,7 +553,11 @@ void btg_search_run(btg_search *search) {
     search->basin_stale = true;
     search->deepest = search->tolerance;
     if (tilt) btg_search_near_p(search);
-    if (search->has_start) btg_search_polish(search, search->start);
+    btg_place first;
+    if (search->has_start)
+        btg_search_polish(search, search->start);
+    else if (first_piece(search, &first))
+        btg_search_polish(search, first);
     do
         if (!walk(search)) return;
     while (tilt && btg_search_come_close_to_p(search));
