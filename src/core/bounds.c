@@ -484,6 +484,14 @@ static BTG_APART unsigned left_one_by_one(btg_search *search, unsigned bits, boo
     return left;
 }
 
+/* Of quarters, those that the ring or a basin covers. */
+static unsigned near_contacts(btg_search *search, unsigned bits) {
+    unsigned covered = btg_ring_covering(search, bits);
+    bool closed = !search->ring.stale && search->ring.closed;
+    bits &= ~covered;
+    return bits && !closed ? covered | btg_basins_covering(search, bits) : covered;
+}
+
 unsigned btg_search_left(btg_search *search, const btg_block_bound *bound, unsigned bits,
                          bool pieces) {
     if (!bound) return left_one_by_one(search, bits, pieces);
@@ -492,7 +500,7 @@ unsigned btg_search_left(btg_search *search, const btg_block_bound *bound, unsig
     unsigned at_p = tilt ? pieces_left_to_p(search, left, pieces) : 0;
     unsigned deep = left & bound->deep & ~high & ~at_p;
     high &= ~at_p;
-    if (deep && pieces && (tilt || search->found)) deep &= ~btg_basins_covering(search, deep);
+    if (deep && pieces && (tilt || search->found)) deep &= ~near_contacts(search, deep);
     unsigned clear = left & ~high & ~deep, tail = pieces ? deep & bound->tail : 0;
     for (unsigned rest = left & (high | tail); rest; rest &= rest - 1) {
         int k = btg_lowest_bit(rest);

@@ -50,7 +50,7 @@ bool btg_search_offer(btg_search *search, double value, btg_place place, btg_vec
     search->place = place;
     search->point = point;
     search->element = element;
-    search->basin_stale = true;
+    search->basin_stale = search->ring.stale = true;
     return true;
 }
 
@@ -308,6 +308,7 @@ static void push_left(btg_search *search, const btg_block *block, const btg_bloc
         e->key = key[i];
         if (node) {
             fill_child(search->part, node[k / 4], k % 4, e);
+            if (btg_ring_covers(search, e)) search->top--;
         } else {
             e->node = BTG_NODE_NONE;
             btg_block_quarter(search->part, block, k, &e->piece);
@@ -494,7 +495,7 @@ static void finish(btg_search *search) {
 
 void btg_search_run_near(btg_search *search) {
     place_at(search, search->value);
-    search->basin_stale = true;
+    search->basin_stale = search->ring.stale = true;
     search->deepest = INFINITY;
     btg_search_near_p(search);
     btg_search_polish(search, search->start);
@@ -541,6 +542,10 @@ static BTG_APART bool walk(btg_search *search) {
             give_up(search);
             return false;
         }
+        if (search->ring.stale) {
+            btg_ring_make(search);
+            continue;
+        }
         search->nodes++;
         look_at_top(search);
     }
@@ -550,13 +555,13 @@ static BTG_APART bool walk(btg_search *search) {
 void btg_search_run(btg_search *search) {
     bool tilt = search->query.op == BTG_OP_TILT;
     place_at(search, tilt ? search->value : below_all(search));
-    search->basin_stale = true;
+    search->basin_stale = search->ring.stale = true;
     search->deepest = search->tolerance;
     if (tilt) btg_search_near_p(search);
     btg_place first;
     if (search->has_start)
         btg_search_polish(search, search->start);
-    else if (first_piece(search, &first))
+    else if (tilt ? btg_ring_start(search, &first) : first_piece(search, &first))
         btg_search_polish(search, first);
     do
         if (!walk(search)) return;

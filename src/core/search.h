@@ -50,6 +50,35 @@ typedef struct btg_basin {
     uint32_t element;
 } btg_basin;
 
+/* Wedges of the ring that may stay open. */
+#define BTG_RING_OPEN 12
+
+/* A wedge about the tool's axis: what is outside of one of its two sides, by their normals. */
+typedef struct btg_wedge {
+    double low[2], high[2];
+} btg_wedge;
+
+/* A contact on the ring: where it is about the axis, and the angle of its wedge's half. */
+typedef struct btg_ring_contact {
+    double cosine, sine, radius, height, half;
+    bool proven;
+} btg_ring_contact;
+
+/* TILT: what is proven of one patch all along the tool's ring (ring.c): what is within `wide` of a
+ * middle in radius and height about the axis is clear, but for open wedges. */
+typedef struct btg_ring {
+    bool stale, stands;
+    bool closed; /* it stands, and nothing is open at the contacts */
+    uint32_t item;
+    double u, v, half_u, half_v; /* of all parameters in that box */
+    btg_vec3 x, y;               /* directions that wedges are measured by: P's, and ahead of it */
+    double radius, height, wide;
+    btg_ring_contact p, q;
+    double step[4]; /* parameters of steps of 1 mm at P: along the ring, outward */
+    uint32_t open;
+    btg_wedge wedge[BTG_RING_OPEN];
+} btg_ring;
+
 typedef struct btg_search {
     const btg_part *part;
     btg_ray_query query;
@@ -73,6 +102,7 @@ typedef struct btg_search {
     uint32_t nodes, budget;
     btg_basin basin[2]; /* about the best contact; TILT: about P */
     bool basin_stale;
+    btg_ring ring;
 
     btg_place p_place; /* TILT: place of the first contact */
     bool has_start;
@@ -160,6 +190,18 @@ void btg_basin_make(btg_search *search, btg_place place, uint32_t element, btg_b
 bool btg_basins_cover(btg_search *search, const btg_region *region, uint32_t element);
 /* Of the quarters of search->block in `bits`, those that a basin of the cutter covers. */
 unsigned btg_basins_covering(btg_search *search, unsigned bits);
+/* ring.c: a place that the tool as placed cuts into under its ring, where the way to the second
+ * contact may begin; false: none is known. */
+bool btg_ring_start(btg_search *search, btg_place *place);
+/* Proves what it can. */
+void btg_ring_prove(btg_search *search);
+/* The same; what waits and is covered is left. (ring_cover.c) */
+void btg_ring_make(btg_search *search);
+/* The ring stands, the tool has no more than its cutter, and what waits is covered. (ring_cover.c)
+ */
+bool btg_ring_covers(const btg_search *search, const btg_entry *entry);
+/* Of the pieces of search->block in `bits`, those that the ring covers. (ring_cover.c) */
+unsigned btg_ring_covering(const btg_search *search, unsigned bits);
 bool btg_cell_clear_to_second_order(btg_search *search, const btg_region *region,
                                     const btg_tool_element *e);
 
