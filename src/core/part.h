@@ -83,6 +83,9 @@ struct btg_part {
 /* A checked allocation through the part's allocator: NULL when count * size overflows. */
 void *btg_allocate(const btg_allocator *allocator, size_t count, size_t size);
 void btg_release(const btg_allocator *allocator, void *memory);
+/* What is left of an array when its first `count` are: in place where that may be. NULL: no memory
+ * for it; then the array stays as it is. */
+void *btg_shrink(const btg_allocator *allocator, void *memory, size_t count, size_t size);
 
 /* Writes `text` (printf) into message, when that is not NULL. Returns status. */
 btg_status btg_fail(btg_message *message, btg_status status, const char *format, ...)

@@ -3,6 +3,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define TEXT_OF(x)       #x
 #define VERSION(a, b, c) TEXT_OF(a) "." TEXT_OF(b) "." TEXT_OF(c)
@@ -51,6 +52,16 @@ void *btg_allocate(const btg_allocator *allocator, size_t count, size_t size) {
     if (bytes == 0) bytes = 1;
     if (allocator->allocate) return allocator->allocate(bytes, allocator->user);
     return malloc(bytes);
+}
+
+void *btg_shrink(const btg_allocator *allocator, void *memory, size_t count, size_t size) {
+    void *shrunk = allocator->allocate ? btg_allocate(allocator, count, size)
+                                       : realloc(memory, count * size > 0 ? count * size : 1);
+    if (shrunk && allocator->allocate) {
+        memcpy(shrunk, memory, count * size);
+        btg_release(allocator, memory);
+    }
+    return shrunk;
 }
 
 void btg_release(const btg_allocator *allocator, void *memory) {

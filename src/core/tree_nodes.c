@@ -10,6 +10,9 @@
 #define PIECE_DEPTH 4
 #define PIECE_BEND  0.015
 
+/* Triangles for every node, about. */
+#define NODE_TRIANGLES 8
+
 /* Morton codes: bits a coordinate, and bits sorted at a time. */
 #define CODE_BITS  16
 #define DIGIT_BITS 12
@@ -23,7 +26,7 @@ typedef struct coded {
 typedef struct tree_build {
     btg_part *part;
     coded *item;
-    uint32_t node_capacity;
+    uint32_t node_capacity, node_guess;
     bool triangles; /* else pieces */
     btg_status status;
 } tree_build;
@@ -160,7 +163,7 @@ static bool is_leaf(const tree_build *build, uint32_t count) {
 static uint32_t new_node(tree_build *build) {
     btg_part *part = build->part;
     if (part->node_count == build->node_capacity) {
-        uint32_t capacity = build->node_capacity < 16 ? 32 : 2 * build->node_capacity;
+        uint32_t capacity = build->node_capacity ? 2 * build->node_capacity : build->node_guess;
         btg_node *nodes = btg_allocate(&part->allocator, capacity, sizeof *nodes);
         if (!nodes) {
             build->status = BTG_ERROR_MEMORY;
@@ -283,10 +286,9 @@ static btg_status build_over(btg_part *part, tree_build *build, uint32_t count, 
 
 /* Gives back what the nodes' array has too much. */
 static btg_status trim(btg_part *part) {
-    btg_node *nodes = btg_allocate(&part->allocator, part->node_count, sizeof *nodes);
+    btg_node *nodes =
+        btg_shrink(&part->allocator, part->nodes, part->node_count, sizeof *part->nodes);
     if (!nodes) return BTG_ERROR_MEMORY;
-    memcpy(nodes, part->nodes, part->node_count * sizeof *nodes);
-    btg_release(&part->allocator, part->nodes);
     part->nodes = nodes;
     return BTG_OK;
 }
@@ -296,7 +298,9 @@ btg_status btg_tree_build(btg_part *part) {
     if (status) return status;
     part->order = btg_allocate(&part->allocator, part->triangle_count, sizeof *part->order);
     if (!part->order && part->triangle_count) return BTG_ERROR_MEMORY;
-    tree_build build = {.part = part};
+    /* Memory that is not needed is not touched, and given back. */
+    uint32_t guess = 32 + part->piece_count / 2 + part->triangle_count / NODE_TRIANGLES;
+    tree_build build = {.part = part, .node_guess = guess};
     status = build_over(part, &build, part->piece_count, &part->root[0]);
     build.triangles = true;
     if (!status) status = build_over(part, &build, part->triangle_count, &part->root[1]);
