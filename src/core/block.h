@@ -119,6 +119,10 @@ unsigned btg_block_near(const btg_block *block, btg_vec3 point, double gap);
 btg_vec3 btg_block_normal(const btg_block *block, int k, const btg_tool_element *element,
                           const btg_placement *placement);
 
+static ALWAYS_INLINE lanes btg_block_dot(lanes3 a, btg_vec3 b) {
+    return lanes3_dot(a, (lanes3){lanes_all(b.x), lanes_all(b.y), lanes_all(b.z)});
+}
+
 static inline btg_vec3 btg_block_vector(const lanes3_memory *a, int k) {
     return vec(a->at[0][k], a->at[1][k], a->at[2][k]);
 }

@@ -159,17 +159,12 @@ typedef struct place {
     lanes n_r, n_z; /* gradient: along radial and axis */
 } place;
 
-static ALWAYS_INLINE lanes dot_one(lanes3 a, btg_vec3 b) {
-    return lanes_mad(lanes_mad(lanes_mul(a.x, lanes_all(b.x)), a.y, lanes_all(b.y)), a.z,
-                     lanes_all(b.z));
-}
-
 static ALWAYS_INLINE place place_of(lanes3 c, const btg_tool_element *e, const btg_placement *at) {
     lanes3 d = {lanes_sub(c.x, lanes_all(at->centre.x)), lanes_sub(c.y, lanes_all(at->centre.y)),
                 lanes_sub(c.z, lanes_all(at->centre.z))};
     lanes x = lanes_all(at->axis.x), y = lanes_all(at->axis.y), z = lanes_all(at->axis.z);
     place p;
-    p.height = dot_one(d, at->axis);
+    p.height = btg_block_dot(d, at->axis);
     lanes3 radial = {lanes_sub(d.x, lanes_mul(p.height, x)), lanes_sub(d.y, lanes_mul(p.height, y)),
                      lanes_sub(d.z, lanes_mul(p.height, z))};
     p.r = lanes_max(lanes_sqrt(lanes3_norm2(radial)), lanes_all(1e-30));
@@ -208,7 +203,8 @@ static ALWAYS_INLINE lanes sum_abs(lanes a, lanes b) {
 /* How far the pieces reach along the axis. */
 static ALWAYS_INLINE lanes reach_up(const btg_block *block, int i, btg_vec3 axis) {
     lanes3 a = lanes3_load(&block->at.su, i), b = lanes3_load(&block->at.sv, i);
-    return lanes_add(sum_abs(dot_one(a, axis), dot_one(b, axis)), lanes_load(block->bend + i));
+    return lanes_add(sum_abs(btg_block_dot(a, axis), btg_block_dot(b, axis)),
+                     lanes_load(block->bend + i));
 }
 
 /* The pieces in the frame at their centres: first derivatives along n, m and t, the second along n,
@@ -226,7 +222,7 @@ typedef struct local {
 
 static ALWAYS_INLINE local local_of(const lanes3_memory *v, int i, const place *p, btg_vec3 axis) {
     lanes3 x = lanes3_load(v, i);
-    return (local){lanes3_dot(p->radial, x), lanes3_dot(p->ring, x), dot_one(x, axis)};
+    return (local){lanes3_dot(p->radial, x), lanes3_dot(p->ring, x), btg_block_dot(x, axis)};
 }
 
 static ALWAYS_INLINE lanes along_n(const place *p, const local *x) {

@@ -131,10 +131,6 @@ static ALWAYS_INLINE void set(ring_room *room, int row, uint32_t i, lanes a) {
 
 /* ---- feet --------------------------------------------------------------------------------- */
 
-static ALWAYS_INLINE lanes dot(lanes3 v, btg_vec3 b) {
-    return lanes3_dot(v, (lanes3){lanes_all(b.x), lanes_all(b.y), lanes_all(b.z)});
-}
-
 static ALWAYS_INLINE lanes3 get3(const ring_room *room, int row, uint32_t i) {
     return (lanes3){get(room, row, i), get(room, row + 1, i), get(room, row + 2, i)};
 }
@@ -147,7 +143,8 @@ static BTG_APART void place_feet(ring_room *room, uint32_t feet, const btg_ring 
         s = (lanes3){lanes_sub(s.x, lanes_all(at->centre.x)),
                      lanes_sub(s.y, lanes_all(at->centre.y)),
                      lanes_sub(s.z, lanes_all(at->centre.z))};
-        lanes x = dot(s, ring->x), y = dot(s, ring->y), z = dot(s, at->axis);
+        lanes x = btg_block_dot(s, ring->x), y = btg_block_dot(s, ring->y),
+              z = btg_block_dot(s, at->axis);
         lanes r = lanes_sqrt(lanes_mad(lanes_mul(x, x), y, y)), out = lanes_sub(r, lanes_all(ro));
         lanes by_r = lanes_div(lanes_all(1), r);
         set(room, COSINE, i, lanes_mul(x, by_r));
@@ -165,10 +162,10 @@ static BTG_APART void turn_rows(ring_room *room, uint32_t feet, const btg_ring *
         lanes c = get(room, COSINE, i), s = get(room, SINE, i);
         for (int row = SU; row < end; row += 3) {
             lanes3 a = get3(room, row, i);
-            lanes p = dot(a, ring->x), q = dot(a, ring->y);
+            lanes p = btg_block_dot(a, ring->x), q = btg_block_dot(a, ring->y);
             set(room, row, i, lanes_sub(lanes_mul(q, c), lanes_mul(p, s)));
             set(room, row + 1, i, lanes_mad(lanes_mul(p, c), q, s));
-            set(room, row + 2, i, dot(a, axis));
+            set(room, row + 2, i, btg_block_dot(a, axis));
         }
     }
 }
@@ -616,18 +613,12 @@ static bool has_q(const btg_search *search) {
 
 /* The feet at P and, second, at Q. */
 static BTG_APART void expand_contacts(btg_search *search, ring_room *room) {
-    btg_ring *ring = &search->ring;
     btg_place q = has_q(search) ? search->place : search->p_place;
     for (int k = 0; k < 8; k++) {
         room->row[U][k] = k > 0 ? q.u : search->p_place.u;
         room->row[V][k] = k > 0 ? q.v : search->p_place.v;
     }
     expand_feet(search, room, 4);
-    /* K_XX has taken the place of the last one */
-    double det = room->row[SU][0] * room->row[SV + 1][0] - room->row[SV][0] * room->row[SU + 1][0];
-    for (int k = 0; k < 3; k++)
-        ring->step[k] = room->row[U_T + k][0];
-    ring->step[3] = room->row[SU][0] / det;
 }
 
 /* Wedges whose feet the patch may have. */
@@ -683,8 +674,7 @@ static double width_of(const btg_tool_element *e) {
     return WIDE * min2(e->ring_radius_mm, e->corner_radius_mm);
 }
 
-/* The contacts; false: P's place is elsewhere, or the part has no sheet over the ring's plane
- * there. */
+/* The contacts; false: P's place is elsewhere. */
 static BTG_APART bool prove_contacts_of(btg_search *search) {
     const btg_tool_element *e = &search->query.tool->element[0];
     btg_ring *ring = &search->ring;
@@ -693,7 +683,6 @@ static BTG_APART bool prove_contacts_of(btg_search *search) {
     expand_contacts(search, room);
     /* wedges are cut from angle 0 on: there P's foot has to be */
     if (!(room->row[COSINE][0] > 0 && fabs(room->row[SINE][0]) < P_SINE)) return false;
-    if (!isfinite(ring->step[0] + ring->step[1] + ring->step[2] + ring->step[3])) return false;
     set_box(ring, search->p_place, room->row[RADIUS][0], e->ring_radius_mm + wide);
     prove_contacts(room, ring, wide, e->corner_radius_mm, deep);
     begin_ring(ring, room, wide, has_q(search));
@@ -733,13 +722,6 @@ static BTG_APART void finish_ring(btg_search *search) {
     ring->closed = ring->closed && ring->stands;
 }
 
-/* The tool has touched the part twice, at P with its round corner: the ring may be clear. */
-static bool is_due(const btg_search *search) {
-    const btg_tool_element *e = &search->query.tool->element[0];
-    if (search->query.op == BTG_OP_DROP || !search->found || search->osculating) return false;
-    return e->hollow && search->p_place.item < search->part->patch_count;
-}
-
 /* Directions that wedges are measured by; false: P is on the axis. */
 static bool turn_to_p(btg_search *search) {
     btg_ring *ring = &search->ring;
@@ -750,18 +732,6 @@ static bool turn_to_p(btg_search *search) {
     ring->y = vec_cross(axis, ring->x);
     return true;
 }
-
-void btg_ring_prove(btg_search *search) {
-    btg_ring *ring = &search->ring;
-    ring->stale = ring->stands = ring->closed = false;
-    ring->open = 0;
-    if (!is_due(search) || !turn_to_p(search)) return;
-    if (!prove_contacts_of(search) || !set_feet(search)) return;
-    expand_feet(search, room_of(search), WEDGES);
-    finish_ring(search);
-}
-
-/* ---- where to begin ----------------------------------------------------------------------- */
 
 /* Sets ring->step; false: there is none. */
 static BTG_APART bool step_at_p(btg_search *search) {
@@ -776,6 +746,26 @@ static BTG_APART bool step_at_p(btg_search *search) {
     ring->step[3] = tu / det;
     return isfinite(ring->step[0] + ring->step[1] + ring->step[2] + ring->step[3]);
 }
+
+/* A hollow cutter tilts about a place of a patch, over which that is a sheet. */
+static bool begins(btg_search *search) {
+    return search->query.op == BTG_OP_TILT && search->query.tool->element[0].hollow &&
+           search->p_place.item < search->part->patch_count && turn_to_p(search) &&
+           step_at_p(search);
+}
+
+void btg_ring_prove(btg_search *search) {
+    btg_ring *ring = &search->ring;
+    ring->stale = ring->stands = ring->closed = false;
+    ring->open = 0;
+    /* before the tool has touched the part twice it cuts into it */
+    if (!search->found || search->osculating || !begins(search)) return;
+    if (!prove_contacts_of(search) || !set_feet(search)) return;
+    expand_feet(search, room_of(search), WEDGES);
+    finish_ring(search);
+}
+
+/* ---- where to begin ----------------------------------------------------------------------- */
 
 /* What the tool has to turn back about P until it is clear of a foot, about: the deepest cut over
  * its way from P. */
@@ -797,9 +787,7 @@ bool btg_ring_start(btg_search *search, btg_place *place) {
     ring_room *room = room_of(search);
     double best = 0, radius;
     int from = -1;
-    if (search->query.op == BTG_OP_DROP || !e->hollow) return false;
-    if (search->p_place.item >= search->part->patch_count || !turn_to_p(search)) return false;
-    if (!step_at_p(search)) return false;
+    if (!begins(search)) return false;
     radius = vec_dot(vec_sub(search->query.p, search->at.centre), ring->x);
     for (int k = 0; k < WEDGES; k++)
         room->row[LOW_C][k] = room->row[HIGH_C][k] = (k + 0.5) * (2 * BTG_PI / WEDGES);

@@ -37,10 +37,6 @@ void btg_ring_make(btg_search *search) {
     if (search->ring.stands) sweep(search);
 }
 
-static ALWAYS_INLINE lanes dot(lanes3 v, btg_vec3 b) {
-    return lanes3_dot(v, (lanes3){lanes_all(b.x), lanes_all(b.y), lanes_all(b.z)});
-}
-
 /* Bits of the pieces from number i on that no open wedge meets, within the ring's width and its
  * parameters. */
 static BTG_APART unsigned within(const btg_search *search, uint32_t i) {
@@ -50,10 +46,11 @@ static BTG_APART unsigned within(const btg_search *search, uint32_t i) {
     s = (lanes3){lanes_sub(s.x, lanes_all(search->at.centre.x)),
                  lanes_sub(s.y, lanes_all(search->at.centre.y)),
                  lanes_sub(s.z, lanes_all(search->at.centre.z))};
-    lanes x = dot(s, ring->x), y = dot(s, ring->y), radius = lanes_load(block->radius + i);
+    lanes x = btg_block_dot(s, ring->x), y = btg_block_dot(s, ring->y),
+          radius = lanes_load(block->radius + i);
     lanes dr = lanes_sqrt(lanes_mad(lanes_mul(x, x), y, y));
     dr = lanes_sub(dr, lanes_all(ring->radius));
-    lanes dz = lanes_sub(dot(s, search->at.axis), lanes_all(ring->height));
+    lanes dz = lanes_sub(btg_block_dot(s, search->at.axis), lanes_all(ring->height));
     lanes room = lanes_max(lanes_sub(lanes_all(ring->wide), radius), lanes_all(0));
     unsigned in = lanes_less(lanes_mad(lanes_mul(dr, dr), dz, dz), lanes_mul(room, room));
     lanes u = lanes_abs(lanes_sub(lanes_load(block->u + i), lanes_all(ring->u)));
